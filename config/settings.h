@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// config/: the typed settings of the image generator and their TOML form. It knows nobody else; whoever
+// uses a setting converts it from the units of the file (degrees, as people write them) once, on entry.
+// eyepoint.toml beside this file lists every key with its unit, range and default.
+#pragma once
+
+#include "ig/base/result.h"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace config {
+
+struct Settings {
+    struct {
+        std::string file;
+        int64_t triangleBudget = 24'000;
+        double tolerancePx = 1.0;
+        int64_t pageSlots = 512;
+        int64_t pageLoadsPerFrame = 4;
+    } terrain;
+    struct {
+        int64_t id = 0;
+        int64_t width = 1280;
+        int64_t height = 720;
+        double rateHz = 60.0;
+        double fovHorizontalDeg = 72.0;
+        double fovVerticalDeg = 45.0;
+        double nearM = 0.5;
+    } view;
+    struct {
+        std::string tint = "hypsometric";
+        double sunAzimuthDeg = 315.0;
+        double sunElevationDeg = 35.0;
+        double ambient = 0.35;
+        double visibilityM = 60'000.0;
+    } shading;
+    struct {
+        std::string listen = "127.0.0.1:8000";
+        std::string peer;
+        double timeoutS = 1.0;
+        int64_t database = 1;
+    } host;
+    struct {
+        std::vector<std::string> sinks;
+        std::string stats;
+    } output;
+    struct {
+        int64_t device = -1;
+    } graphics;
+    struct {
+        std::string level = "info";
+    } log;
+};
+
+// Reads a file over the defaults. Errors (usage), one line "FILE:LINE: ...": unreadable, not TOML, an unknown
+// key, a wrong type, a value out of its range; each says what was expected.
+ig::Result<Settings> load(const std::string& path);
+
+// Applies one "section.key=value" of the command line, the value as in TOML (strings may go unquoted).
+// Errors (usage) as load, with the assignment in place of file and line.
+ig::Result<void> assign(Settings& settings, std::string_view assignment);
+
+// What holds between several keys: errors (usage) name the key to change.
+ig::Result<void> check(const Settings& settings);
+
+// One key as documented: for a table of all keys and the test of the shipped file.
+struct KeyInfo {
+    std::string name;     // "section.key"
+    std::string expected; // type, unit and range in words
+};
+std::vector<KeyInfo> keys();
+
+} // namespace config

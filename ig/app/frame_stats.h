@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// What one frame cost and how wrong it was. Filled every frame; statistics, tools and benchmarks read this.
+#pragma once
+
+#include "ig/lod/draw_list.h"
+
+#include <cstdint>
+
+namespace ig::app {
+
+struct FrameStats {
+    uint64_t number = 0;
+    // Wall time of the stages, ns. frameNs runs from the frame's start until it is handed to the sinks and
+    // its pages are loaded; waiting for the next slot does not count.
+    int64_t frameNs = 0;
+    int64_t hostNs = 0; // receive, apply, answer
+    int64_t selectNs = 0;
+    int64_t drawNs = 0;     // until GL has taken the commands
+    int64_t readBackNs = 0; // until the picture is here: with a deferring driver most of the drawing
+    int64_t sinkNs = 0;
+    int64_t loadNs = 0; // pages read, decoded and uploaded
+    // From the kernel's receipt of the newest host message used to the frame in the sinks; -1 when no
+    // message came in since the frame before.
+    int64_t transportDelayNs = -1;
+    lod::LodStats lod;
+    uint32_t pageIns = 0;
+    uint64_t bytesUploaded = 0;
+};
+
+} // namespace ig::app

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#include "ig/app/host_link.h"
+
+#include <algorithm>
+
+namespace ig::app {
+
+namespace {
+
+// More than a sane host sends in a frame; a flood beyond it stays queued in the kernel and is dropped there.
+constexpr int kDatagramsPerFrame = 4096;
+
+double radians(double degrees)
+{
+    return degrees * kRadPerDeg;
+}
+
+std::optional<double> radians(const std::optional<float>& degrees)
+{
+    return degrees ? std::optional<double>(radians(double{*degrees})) : std::nullopt;
+}
+
+std::optional<double> widened(const std::optional<float>& value)
+{
+    return value ? std::optional<double>(*value) : std::nullopt;
+}
+
+// Applies one accepted statement of the host to the world.
+struct ToWorld {
+    scene::World& world;
+
+    scene::Applied operator()(const hostif::WorldReset&) const
+    {
+        world.reset();
+        return scene::Applied::yes;
+    }
+    scene::Applied operator()(const hostif::HostFrame&) const { return scene::Applied::yes; }
+    scene::Applied operator()(const hostif::EntityControl& in) const
+    {
+        if (in.state == hostif::EntityState::destroyed) {
+            world.destroy(in.entityId);
+            return scene::Applied::yes;
+        }
+        scene::EntityState state;
+        state.id = in.entityId;
+        state.attached = in.attached;
+        state.parent = in.parentId;
+        state.attitude = {radians(double{in.yawDeg}), radians(double{in.pitchDeg}),
+                          radians(double{in.rollDeg})};
+        if (in.attached) {
+            state.offsetM = {in.latitudeDegOrXM, in.longitudeDegOrYM, in.altitudeOrZM};
+        } else {
+            state.position = {radians(in.latitudeDegOrXM), radians(in.longitudeDegOrYM), in.altitudeOrZM};
+        }
+        return world.set(state);
+    }
+    scene::Applied operator()(const hostif::ViewControl& in) const
+    {
+        scene::ViewPlacement placement;
+        placement.view = in.viewId;
+        placement.group = in.groupId;
+        placement.entity = in.entityId;
+        placement.xM = widened(in.xOffsetM);
+        placement.yM = widened(in.yOffsetM);
+        placement.zM = widened(in.zOffsetM);
+        placement.yawRad = radians(in.yawDeg);
+        placement.pitchRad = radians(in.pitchDeg);
+        placement.rollRad = radians(in.rollDeg);
+        return world.set(placement);
+    }
+    scene::Applied operator()(const hostif::ViewDefinition& in) const
+    {
+        scene::ViewShape shape;
+        shape.view = in.viewId;
+        shape.group = in.groupId;
+        shape.nearM = widened(in.nearM);
+        shape.leftRad = radians(in.leftDeg);
+        shape.rightRad = radians(in.rightDeg);
+        shape.bottomRad = radians(in.bottomDeg);
+        shape.topRad = radians(in.topDeg);
+        return world.set(shape);
+    }
+};
+
+Unexpected<Error> inKey(const char* key, const Error& error)
+{
+    return fail(error.kind, std::string(key) + ": " + error.message);
+}
+
+} // namespace
+
+Result<HostLink> HostLink::open(const config::Settings& settings, LogSink& log)
+{
+    const auto local = hostif::parseAddress(settings.host.listen);
+    if (!local) {
+        return inKey("host.listen", local.error());
+    }
+    hostif::SessionOptions options;
+    options.hostTimeoutS = settings.host.timeoutS;
+    options.databaseNumber = static_cast<int8_t>(settings.host.database);
+    if (!settings.host.peer.empty()) {
+        const auto peer = hostif::parseAddress(settings.host.peer);
+        if (!peer) {
+            return inKey("host.peer", peer.error());
+        }
+        options.peer = *peer;
+    }
+    auto socket = hostif::UdpSocket::open(*local);
+    if (!socket) {
+        return inKey("host.listen", socket.error());
+    }
+    return HostLink(std::move(*socket), options, log);
+}
+
+HostLink::HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options, LogSink& log)
+    : _socket(std::move(socket)), _session(options, &log), _log(&log)
+{
+}
+
+void HostLink::receive(scene::World& world, double nowS)
+{
+    hostif::UdpSocket::Received received;
+    for (int i = 0; i < kDatagramsPerFrame && _socket.receive(received); ++i) {
+        _session.receive(received.bytes, received.sender, std::min(received.arrivalS, nowS));
+    }
+    _newestArrivalS.reset();
+    for (const hostif::SessionEvent& event : _session.takeEvents()) {
+        if (const auto* frame = std::get_if<hostif::HostFrame>(&event)) {
+            _newestArrivalS = frame->arrivalS;
+        }
+        if (std::visit(ToWorld{world}, event) != scene::Applied::yes && _refused++ == 0) {
+            _log->write(
+                LogLevel::warning,
+                "the host asks for what cannot be (unknown parent entity, too many entities or views, or an "
+                "impossible view); such packets are ignored and counted");
+        }
+    }
+}
+
+void HostLink::answer(double nowS)
+{
+    const auto bytes = _session.startOfFrame(nowS);
+    if (const auto to = _session.replyTo()) {
+        _socket.send(bytes, *to);
+    }
+}
+
+} // namespace ig::app

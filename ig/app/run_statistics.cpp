@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+#include "ig/app/run_statistics.h"
+
+#include <nlohmann/json.hpp>
+#include <sys/resource.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+namespace ig::app {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json milliseconds(const Histogram& histogram)
+{
+    const auto ms = [](double ns) { return ns * 1e-6; };
+    return {{"mean", ms(histogram.meanNs())},           {"p50", ms(histogram.quantileNs(0.5))},
+            {"p95", ms(histogram.quantileNs(0.95))},    {"p99", ms(histogram.quantileNs(0.99))},
+            {"p99.9", ms(histogram.quantileNs(0.999))}, {"max", ms(histogram.maxNs())}};
+}
+
+Json packets(const RunSummary& run)
+{
+    Json json{{"datagrams", run.session.datagrams},
+              {"accepted", run.session.accepted},
+              {"lost", run.session.lost},
+              {"duplicate", run.session.duplicate},
+              {"late", run.session.late},
+              {"host_restarts", run.session.restarts},
+              {"host_losses", run.session.hostLosses},
+              {"ignored_in_standby", run.session.ignoredInStandby},
+              {"refused_by_world", run.refusedByWorld},
+              {"host_lag_frames", run.session.hostLagFrames},
+              {"host_lag_frames_max", run.session.hostLagMaxFrames},
+              {"sent", run.socket.sent},
+              {"sends_failed", run.socket.sendsFailed}};
+    for (size_t i = 0; i < hostif::kReasonCount; ++i) {
+        const auto reason = static_cast<hostif::Reason>(i);
+        json[std::string(hostif::reasonName(reason))] = run.session.reasons[reason];
+    }
+    return json;
+}
+
+Json terrain(const RunSummary& run)
+{
+    char checksum[17];
+    std::snprintf(checksum, sizeof checksum, "%016llx",
+                  static_cast<unsigned long long>(run.dataset.checksum));
+    return {{"source", run.dataset.source},
+            {"checksum", checksum},
+            {"cols", run.dataset.shape.cols},
+            {"rows", run.dataset.shape.rows},
+            {"vertical_datum", run.dataset.verticalDatum},
+            {"damaged_pages", run.damagedPages}};
+}
+
+uint64_t peakResidentBytes()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+} // namespace
+
+void RunStatistics::add(const FrameStats& frame, uint32_t triangleBudget) noexcept
+{
+    _frameTime.add(frame.frameNs);
+    _host.add(frame.hostNs);
+    _select.add(frame.selectNs);
+    _draw.add(frame.drawNs);
+    _readBack.add(frame.readBackNs);
+    _sink.add(frame.sinkNs);
+    _load.add(frame.loadNs);
+    if (frame.transportDelayNs >= 0) {
+        _transportDelay.add(frame.transportDelayNs);
+    }
+    _triangles.add(frame.lod.triangles);
+    _tauPx.add(frame.lod.tauPx);
+    _errorPx.add(frame.lod.errorPx);
+    _verticesEvaluated += frame.lod.verticesEvaluated;
+    _listsMade += frame.lod.listsMade;
+    _tilesVisited += frame.lod.tilesVisited;
+    _framesWithMissingTiles += frame.lod.tilesMissing > 0 ? 1 : 0;
+    _pageIns += frame.pageIns;
+    _bytesUploaded += frame.bytesUploaded;
+    _overBudget += frame.lod.triangles > triangleBudget ? 1 : 0;
+    const int direction = (triangleBudget > _lastBudget) - (triangleBudget < _lastBudget);
+    if (_lastBudget > 0 && direction != 0) {
+        _reversals += direction == -_budgetDirection ? 1 : 0;
+        _budgetDirection = direction;
+    }
+    _lastBudget = triangleBudget;
+}
+
+std::string RunStatistics::json(const RunSummary& run) const
+{
+    const double count = std::max<double>(1.0, static_cast<double>(frames()));
+    const auto perFrame = [&](uint64_t total) { return static_cast<double>(total) / count; };
+    const auto extent = [&](const Extent& e) { return Json{{"mean", e.sum / count}, {"max", e.max}}; };
+    Json triangles = extent(_triangles);
+    triangles["budget"] = run.triangleBudget;
+    triangles["frames_over_budget"] = _overBudget;
+    Json sinks = Json::array();
+    for (const RunSummary::Sink& sink : run.sinks) {
+        sinks.push_back(
+            {{"name", sink.name}, {"written", sink.stats.written}, {"dropped", sink.stats.dropped}});
+    }
+    const double minutes = run.durationS / 60.0;
+    const Json json{{"frames", frames()},
+                    {"missed", run.missedFrames},
+                    {"rate_hz", run.rateHz},
+                    {"duration_s", run.durationS},
+                    {"frame_ms", milliseconds(_frameTime)},
+                    {"host_ms", milliseconds(_host)},
+                    {"select_ms", milliseconds(_select)},
+                    {"draw_ms", milliseconds(_draw)},
+                    {"read_back_ms", milliseconds(_readBack)},
+                    {"sink_ms", milliseconds(_sink)},
+                    {"load_ms", milliseconds(_load)},
+                    {"transport_delay_ms", milliseconds(_transportDelay)},
+                    {"triangles", triangles},
+                    {"tau_px", extent(_tauPx)},
+                    {"error_px", extent(_errorPx)},
+                    {"vertices_evaluated_per_frame", perFrame(_verticesEvaluated)},
+                    {"lists_made_per_frame", perFrame(_listsMade)},
+                    {"tiles_visited_per_frame", perFrame(_tilesVisited)},
+                    {"frames_with_missing_tiles", _framesWithMissingTiles},
+                    {"page_ins", _pageIns},
+                    {"bytes_uploaded", _bytesUploaded},
+                    {"resident_pages", run.residentPages},
+                    {"resident_bytes", peakResidentBytes()},
+                    {"gpu_bytes", run.gpuBytes},
+                    {"reversals_per_minute", minutes > 0 ? static_cast<double>(_reversals) / minutes : 0.0},
+                    {"packets", packets(run)},
+                    {"terrain", terrain(run)},
+                    {"graphics",
+                     {{"platform", run.graphics.platform},
+                      {"vendor", run.graphics.vendor},
+                      {"renderer", run.graphics.renderer},
+                      {"version", run.graphics.version},
+                      {"clip_control", run.graphics.clipControl}}},
+                    {"sinks", sinks}};
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Result<void> writeFile(const std::string& path, const std::string& text)
+{
+    const std::string partial = path + ".partial";
+    {
+        std::ofstream file(partial, std::ios::binary);
+        file << text;
+        file.close();
+        if (!file) {
+            const std::string reason = std::strerror(errno);
+            std::error_code ignored;
+            std::filesystem::remove(partial, ignored);
+            return fail(ErrorKind::failed, "cannot write " + path + ": " + reason);
+        }
+    }
+    std::error_code error;
+    std::filesystem::rename(partial, path, error);
+    if (error) {
+        std::error_code ignored;
+        std::filesystem::remove(partial, ignored);
+        return fail(ErrorKind::failed, "cannot write " + path + ": " + error.message());
+    }
+    return {};
+}
+
+} // namespace ig::app

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+// The one clock of the program; nothing below ig/app reads it.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace ig::app {
+
+inline int64_t steadyNs() noexcept
+{
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(
+               std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+inline constexpr double kSecondsPerNs = 1e-9;
+
+} // namespace ig::app

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// ig/data: terrain datasets (.ept, see FORMAT.md) for the run-time: the index as the selection wants it and
+// pages decoded one by one. It knows no GL. The compiler that writes such files is in tools/terrain.
+#pragma once
+
+#include "ig/base/result.h"
+#include "ig/lod/terrain_shape.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace ig::data {
+
+// Heights of one page: post (col, row) at [row * 65 + col], row 0 in the north. Metres are
+// value * heightScaleM + heightOffsetM of the dataset.
+struct PageHeights {
+    std::vector<int16_t> post; // kPagePosts * kPagePosts
+    // Cells (row * 64 + col) that are a hole; empty when the page has none.
+    std::vector<bool> hole;
+};
+
+struct DatasetInfo {
+    lod::TerrainShape shape;
+    double heightScaleM = 1;
+    double heightOffsetM = 0;
+    double minHeightM = 0;
+    double maxHeightM = 0;
+    bool hasHoles = false;
+    std::string verticalDatum; // as the source named it, or "unknown"
+    std::string source;        // file names the dataset was compiled from
+    uint64_t checksum = 0;     // over the index, which holds the checksum of every page
+    uint64_t fileBytes = 0;
+};
+
+class Dataset {
+public:
+    // Opens a file and reads header and index. Errors (dataset): missing, not an .ept file, another
+    // version, cut short, a checksum that does not match; the message says which and what to do.
+    static Result<Dataset> open(const std::string& path);
+
+    Dataset(Dataset&&) noexcept;
+    Dataset& operator=(Dataset&&) noexcept;
+    ~Dataset();
+
+    const DatasetInfo& info() const noexcept;
+    // All pages, coarse to fine; page 0 is the root. Page numbers index this span.
+    std::span<const lod::PageNode> pages() const noexcept;
+
+    // Reads, checks and decodes a page into heights (resized on first use, then reused: no allocation).
+    // Thread-safe for different outputs. Errors (dataset): unreadable or damaged; the message names the page.
+    Result<void> readPage(uint32_t page, PageHeights& heights) const;
+
+private:
+    struct Impl;
+    explicit Dataset(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> _impl;
+};
+
+} // namespace ig::data

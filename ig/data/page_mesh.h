@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// From the heights of a page to what a GPU draws: vertices and a baked, lit colour texture. The texture has
+// a texel per post interval, shaded from all posts of the page whatever triangles are drawn over it, so
+// lighting does not depend on the mesh.
+#pragma once
+
+#include "ig/data/dataset.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace ig::data {
+
+inline constexpr int kPageTexels = lod::kPageIntervals; // per axis, at the centres of the cells
+
+// How colours are made from heights and slopes.
+struct ShadingSettings {
+    enum class Tint { hypsometric, slope };
+    Tint tint = Tint::hypsometric;
+    double sunAzimuthRad = 0;   // from true north, clockwise, in the local horizon of the shaded point
+    double sunElevationRad = 0; // above that horizon
+    double ambient = 0.35;      // share of light that does not come from the sun, 0..1
+};
+
+struct PageMesh {
+    // kPagePosts^2 positions, row 0 in the north. In ECEF and double, not offsets from an anchor of the page:
+    // a shared border post has the same bits in every page that has it, and the renderer keeps it so, because
+    // two roundings of one post open a crack between pages.
+    std::vector<EcefPos> vertex;
+    std::vector<uint32_t>
+        texel; // kPageTexels^2, RGBA8 in memory order, row 0 in the north; alpha 0 is a hole
+};
+
+// Fills mesh (resized on first use, then reused).
+void buildPageMesh(const DatasetInfo& dataset, const lod::PageNode& page, const PageHeights& heights,
+                   const ShadingSettings& shading, PageMesh& mesh);
+
+} // namespace ig::data

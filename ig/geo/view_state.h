@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// One view at one instant: what the selection and the renderer need to know of the camera.
+#pragma once
+
+#include "ig/geo/geodesy.h"
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec4.hpp>
+
+#include <array>
+
+namespace ig {
+
+// Tangents of the angles between the viewing axis and the sides, signed: a symmetric view of 90 x 90
+// degrees is {-1, 1, -1, 1}. left < right and bottom < top.
+struct Frustum {
+    double left = -1;
+    double right = 1;
+    double bottom = -1;
+    double top = 1;
+    double nearM = 0.5; // > 0; there is no far plane (reversed depth, infinite projection)
+};
+
+struct ViewState {
+    EcefPos eye;
+    glm::dmat3 eyeFromEcef{1.0}; // rotation; rows are image right, image up and backward, in ECEF
+    Frustum frustum;
+    int widthPx = 1280;
+    int heightPx = 720;
+};
+
+// View axes of the host (X forward, Y right, Z down, columns in ECEF) to the eye frame.
+glm::dmat3 eyeFromEcefOfView(const glm::dmat3& ecefFromView) noexcept;
+
+// Pixels per radian at the centre of the view, the larger of both axes:
+//   alpha = extentPx / (tan(far side) - tan(near side))     [Lindstrom & Pascucci 2001, sec. 3]
+// A length e at distance d projects to at most about alpha e / d pixels.
+double pixelsPerRadian(const ViewState& view) noexcept;
+
+// Reversed, infinite projection: depth 1 at the near plane, 0 at infinity, for a 0..1 clip range.
+// clipFromEye maps eye-frame metres to clip coordinates.
+glm::mat4 clipFromEye(const Frustum& frustum) noexcept;
+
+// The five planes that bound what can be seen (left, right, bottom, top, near), in eye-relative ECEF
+// axes: dot(plane.xyz, p - eye) + plane.w >= 0 inside, xyz of unit length, metres.
+std::array<glm::dvec4, 5> frustumPlanes(const ViewState& view) noexcept;
+
+} // namespace ig

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "ig/gl/page_store.h"
+#include "ig/gl/renderer.h"
+#include "ig/gl/target.h"
+#include "ig/gl/terrain_pass.h"
+
+#include <limits>
+#include <utility>
+
+namespace ig::gl {
+namespace {
+
+class GlesRenderer final : public Renderer {
+public:
+    GlesRenderer(Target target, PageStore store, TerrainPass terrain, SkyPass sky)
+        : _target(std::move(target)), _store(std::move(store)), _terrain(std::move(terrain)),
+          _sky(std::move(sky))
+    {
+    }
+
+    void upload(uint32_t slot, const data::PageMesh& mesh) override { _store.upload(slot, mesh); }
+
+    void draw(const ViewState& view, const lod::DrawList& list, std::span<const int32_t> slotOfPage) override
+    {
+        _target.begin();
+        _terrain.begin(view);
+        _terrain.draw(_store, list.items, slotOfPage);
+        _sky.draw(view);
+        _nearM = view.frustum.nearM;
+    }
+
+    void read(std::span<std::byte> rgba) override { _target.read(rgba); }
+
+    double depthAt(int xPx, int yPx) override
+    {
+        const double depth = _target.depthAt(xPx, yPx);
+        return depth == 0.0 ? std::numeric_limits<double>::infinity() : _nearM / depth;
+    }
+
+    uint64_t gpuBytes() const noexcept override
+    {
+        return _target.gpuBytes() + _store.gpuBytes() + _terrain.gpuBytes();
+    }
+
+private:
+    Target _target;
+    PageStore _store;
+    TerrainPass _terrain;
+    SkyPass _sky;
+    double _nearM = 1.0; // of the view that was drawn last
+};
+
+} // namespace
+
+Result<std::unique_ptr<Renderer>> Renderer::create(const Context& context, const RendererSettings& settings)
+{
+    Result<Target> target = Target::create(settings.widthPx, settings.heightPx);
+    if (!target)
+        return Unexpected{target.error()};
+    Result<PageStore> store = PageStore::create(settings.pageSlots);
+    if (!store)
+        return Unexpected{store.error()};
+    Result<TerrainPass> terrain = TerrainPass::create(context, *store, settings.holes, settings.visibilityM);
+    if (!terrain)
+        return Unexpected{terrain.error()};
+    Result<SkyPass> sky = SkyPass::create(context);
+    if (!sky)
+        return Unexpected{sky.error()};
+    return std::unique_ptr<Renderer>(std::make_unique<GlesRenderer>(*std::move(target), *std::move(store),
+                                                                    *std::move(terrain), *std::move(sky)));
+}
+
+} // namespace ig::gl

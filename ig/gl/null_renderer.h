@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// A renderer without EGL that counts what it is asked for: frame loops run in tests and benchmarks on
+// machines without a driver.
+#pragma once
+
+#include "ig/gl/renderer.h"
+
+namespace ig::gl {
+
+class NullRenderer final : public Renderer {
+public:
+    struct Counts {
+        uint64_t uploads = 0;
+        uint64_t draws = 0; // frames
+        uint64_t reads = 0;
+        uint64_t tiles = 0;     // over all frames
+        uint64_t triangles = 0; // over all frames
+        uint64_t badTiles = 0;  // of a page without a slot, or whose slot was never uploaded
+    };
+
+    // Only the size and the number of slots matter.
+    explicit NullRenderer(const RendererSettings& settings);
+
+    void upload(uint32_t slot, const data::PageMesh& mesh) override;
+    void draw(const ViewState& view, const lod::DrawList& list, std::span<const int32_t> slotOfPage) override;
+    // Fills with the low byte of the number of draws, so that frames differ.
+    void read(std::span<std::byte> rgba) override;
+    double depthAt(int xPx, int yPx) override; // infinity
+    uint64_t gpuBytes() const noexcept override { return 0; }
+
+    const Counts& counts() const noexcept { return _counts; }
+
+private:
+    std::vector<bool> _uploaded; // by slot
+    Counts _counts;
+};
+
+} // namespace ig::gl

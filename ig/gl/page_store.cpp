@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#include "ig/gl/page_store.h"
+
+#include "ig/gl/egl_error.h"
+#include "ig/gl/split_position.h"
+#include "ig/gl/tile_indices.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+
+namespace ig::gl {
+namespace {
+
+constexpr int kMips = std::bit_width(static_cast<unsigned>(data::kPageTexels)); // 64 .. 1
+constexpr uint64_t kTexelsWithMips = (4ULL * data::kPageTexels * data::kPageTexels - 1) / 3;
+
+int16_t toLow(double restM)
+{
+    const double units = restM * (32767.0 / kLowFullScaleM);
+    return static_cast<int16_t>(units > -32767.0 ? std::lround(std::min(units, 32767.0)) : -32767);
+}
+
+// Mean of four texels; holes (alpha 0) lend no colour to their neighbours.
+uint32_t meanTexel(const uint32_t (&t)[4])
+{
+    uint32_t alphaSum = 0;
+    for (const uint32_t texel : t)
+        alphaSum += texel >> 24;
+    if (alphaSum == 0)
+        return t[0];
+    uint32_t mean = (alphaSum + 2) / 4 << 24;
+    for (unsigned shift = 0; shift < 24; shift += 8) {
+        uint32_t sum = 0;
+        for (const uint32_t texel : t)
+            sum += (texel >> shift & 255U) * (texel >> 24);
+        mean |= (sum + alphaSum / 2) / alphaSum << shift;
+    }
+    return mean;
+}
+
+// Halves a size x size picture in place: a texel is written after the four it comes from were read.
+void halve(std::vector<uint32_t>& texels, size_t size)
+{
+    const size_t half = size / 2;
+    for (size_t y = 0; y < half; ++y) {
+        for (size_t x = 0; x < half; ++x) {
+            const size_t at = 2 * y * size + 2 * x;
+            texels[y * half + x] =
+                meanTexel({texels[at], texels[at + 1], texels[at + size], texels[at + size + 1]});
+        }
+    }
+}
+
+} // namespace
+
+Result<PageStore> PageStore::create(uint32_t pageSlots)
+{
+    static_assert(std::endian::native == std::endian::little, "texels are taken apart as words");
+    constexpr uint64_t kPageVertexBytes = uint64_t{kPageVertices} * sizeof(PackedVertex);
+    constexpr uint64_t kPageTexelBytes = kTexelsWithMips * sizeof(uint32_t);
+    // A base vertex is a signed 32-bit number.
+    constexpr uint32_t kMaxSlots = INT32_MAX / kPageVertices;
+    GLint maxLayers = 0;
+    glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &maxLayers);
+    if (pageSlots == 0 || pageSlots > kMaxSlots || maxLayers < 1)
+        return fail(ErrorKind::graphics,
+                    fmt::format("{} page slots are not possible: choose 1 to {}", pageSlots, kMaxSlots));
+
+    PageStore store;
+    store._pageSlots = pageSlots;
+    store._slotsPerArray = std::min(pageSlots, static_cast<uint32_t>(maxLayers));
+    store._packed.resize(kPageVertices);
+    store._mip.resize(data::kPageTexels * data::kPageTexels);
+    store._gpuBytes = pageSlots * (kPageVertexBytes + kPageTexelBytes);
+    takeGlErrors();
+
+    store._vertices = makeBuffer();
+    glBindBuffer(GL_ARRAY_BUFFER, store._vertices.name());
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(pageSlots * kPageVertexBytes), nullptr,
+                 GL_STATIC_DRAW);
+    for (uint32_t first = 0; first < pageSlots; first += store._slotsPerArray) {
+        store._arrays.push_back(makeTexture());
+        glBindTexture(GL_TEXTURE_2D_ARRAY, store._arrays.back().name());
+        glTexStorage3D(GL_TEXTURE_2D_ARRAY, kMips, GL_RGBA8, data::kPageTexels, data::kPageTexels,
+                       static_cast<GLsizei>(std::min(store._slotsPerArray, pageSlots - first)));
+        // Nearest mip, bilinear: about two thirds of the cost of trilinear in software.
+        glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+        glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+        glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+        glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    }
+    if (const std::string errors = takeGlErrors(); !errors.empty())
+        return fail(ErrorKind::graphics,
+                    fmt::format("no GPU memory for {} page slots ({} MiB): {}; configure fewer", pageSlots,
+                                store._gpuBytes >> 20, errors));
+    return store;
+}
+
+void PageStore::upload(uint32_t slot, const data::PageMesh& mesh)
+{
+    assert(slot < _pageSlots);
+    assert(mesh.vertex.size() == kPageVertices);
+    assert(mesh.texel.size() == _mip.size());
+    packVertices(mesh);
+    constexpr GLsizeiptr kBytes = kPageVertices * sizeof(PackedVertex);
+    glBindBuffer(GL_ARRAY_BUFFER, _vertices.name());
+    glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(slot) * kBytes, kBytes, _packed.data());
+    uploadTexels(slot, mesh);
+}
+
+void PageStore::packVertices(const data::PageMesh& mesh)
+{
+    for (size_t i = 0; i < _packed.size(); ++i) {
+        PackedVertex& out = _packed[i];
+        for (int axis = 0; axis < 3; ++axis) {
+            const SplitCoordinate split = splitCoordinate(mesh.vertex[i].m[axis]);
+            out.high[axis] = split.high;
+            out.low[axis] = toLow(split.rest);
+        }
+        out.post[0] = static_cast<uint8_t>(i % lod::kPagePosts);
+        out.post[1] = static_cast<uint8_t>(i / lod::kPagePosts);
+    }
+}
+
+void PageStore::uploadTexels(uint32_t slot, const data::PageMesh& mesh)
+{
+    bindArray(slot / _slotsPerArray);
+    const auto layer = static_cast<GLint>(slot % _slotsPerArray);
+    std::copy(mesh.texel.begin(), mesh.texel.end(), _mip.begin());
+    for (int level = 0; level < kMips; ++level) {
+        const int size = data::kPageTexels >> level;
+        glTexSubImage3D(GL_TEXTURE_2D_ARRAY, level, 0, 0, layer, size, size, 1, GL_RGBA, GL_UNSIGNED_BYTE,
+                        _mip.data());
+        halve(_mip, static_cast<size_t>(size));
+    }
+}
+
+void PageStore::pointAttributes(uint32_t firstVertex) const
+{
+    glBindBuffer(GL_ARRAY_BUFFER, _vertices.name());
+    constexpr GLsizei kStride = sizeof(PackedVertex);
+    const size_t first = size_t{firstVertex} * kStride;
+    const auto at = [first](size_t offset) { return reinterpret_cast<const void*>(first + offset); };
+    glVertexAttribPointer(kAttributeHigh, 3, GL_FLOAT, GL_FALSE, kStride, at(offsetof(PackedVertex, high)));
+    glVertexAttribPointer(kAttributeLow, 3, GL_SHORT, GL_TRUE, kStride, at(offsetof(PackedVertex, low)));
+    glVertexAttribPointer(kAttributePost, 2, GL_UNSIGNED_BYTE, GL_FALSE, kStride,
+                          at(offsetof(PackedVertex, post)));
+}
+
+void PageStore::bindArray(uint32_t array) const
+{
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_2D_ARRAY, _arrays[array].name());
+}
+
+} // namespace ig::gl

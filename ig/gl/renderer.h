@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// ig/gl: draws a DrawList offscreen with OpenGL ES 3.0 and reads it back. It knows no protocol. Only the
+// thread that made the context may call it.
+//
+// A frame: draw() clears (reversed depth: 0 is infinitely far), draws the tiles nearest first with shared
+// static index buffers, then the sky where nothing was drawn; read() copies the picture out, top row first.
+#pragma once
+
+#include "ig/base/result.h"
+#include "ig/data/page_mesh.h"
+#include "ig/geo/view_state.h"
+#include "ig/gl/context.h"
+#include "ig/lod/draw_list.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace ig::gl {
+
+struct RendererSettings {
+    int widthPx = 1280;
+    int heightPx = 720;
+    uint32_t pageSlots = 512; // pages that fit on the GPU at one time
+    bool holes = false;       // the dataset has holes: compile the variant that discards them
+    double visibilityM = 0;   // distance at which haze leaves 2 % contrast (Koschmieder); 0 leaves haze out
+};
+
+// A page slot as the draw list's page number maps to it.
+inline constexpr int32_t kNoSlot = -1;
+
+class Renderer {
+public:
+    // Compiles what the settings need and nothing else. Errors (graphics): a failed shader, framebuffer or
+    // allocation, with GL's own words.
+    static Result<std::unique_ptr<Renderer>> create(const Context& context, const RendererSettings& settings);
+    virtual ~Renderer() = default;
+
+    // Puts a page's vertices and texels into a slot (< pageSlots), replacing what was there.
+    virtual void upload(uint32_t slot, const data::PageMesh& mesh) = 0;
+
+    // Draws the tiles. slotOfPage maps page numbers to slots; every page of the list must have one.
+    virtual void draw(const ViewState& view, const lod::DrawList& list,
+                      std::span<const int32_t> slotOfPage) = 0;
+
+    // Waits for the picture and copies it into rgba (widthPx * heightPx * 4 bytes, top row first). Alpha is
+    // 255 where terrain is drawn and 0 where there is sky.
+    virtual void read(std::span<std::byte> rgba) = 0;
+
+    // Distance (m, along the viewing axis) of what is drawn at a pixel, row 0 on top; infinity for sky.
+    // Slow, for tests.
+    virtual double depthAt(int xPx, int yPx) = 0;
+
+    // Bytes of buffers and textures held on the GPU.
+    virtual uint64_t gpuBytes() const noexcept = 0;
+};
+
+} // namespace ig::gl

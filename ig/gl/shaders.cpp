@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+#include "ig/gl/shaders.h"
+
+#include "ig/gl/page_store.h"
+#include "ig/gl/tile_indices.h"
+
+#include <fmt/format.h>
+
+namespace ig::gl {
+namespace {
+
+// Shared by terrain and sky, so that distant terrain fades into the sky behind it.
+constexpr const char* kSkyColours = R"(
+const vec3 kHazeColour = vec3(0.760, 0.835, 0.902);
+const vec3 kZenithColour = vec3(0.235, 0.435, 0.745);
+)";
+
+constexpr const char* kTerrainVertex = R"(
+precision highp float;
+precision highp int;
+layout(location = ATTRIBUTE_HIGH) in vec3 a_high;
+layout(location = ATTRIBUTE_LOW) in vec3 a_low;
+layout(location = ATTRIBUTE_POST) in vec2 a_post;
+uniform mat4 u_clipFromRelative;
+uniform vec3 u_eyeHigh;
+uniform vec3 u_eyeLow;
+uniform int u_layer;
+out vec2 v_place;
+flat out float v_layer;
+// Keeps a compiler from changing the order of the sums below, and from doing so in one variant only.
+invariant gl_Position;
+#ifdef HAZE
+out float v_distanceM;
+#endif
+void main()
+{
+    // High parts first: their difference is exact near the eye.
+    vec3 relative = (a_high - u_eyeHigh) + (a_low * LOW_FULL_SCALE_M - u_eyeLow);
+    gl_Position = u_clipFromRelative * vec4(relative, 1.0);
+    v_place = a_post * (1.0 / PAGE_INTERVALS);
+#ifdef SLOT_FROM_VERTEX
+    v_layer = float(gl_VertexID / PAGE_VERTICES + u_layer);
+#else
+    v_layer = float(u_layer);
+#endif
+#ifdef HAZE
+    v_distanceM = length(relative);
+#endif
+}
+)";
+
+constexpr const char* kTerrainFragment = R"(
+precision highp float;
+precision mediump sampler2DArray;
+uniform sampler2DArray u_pages;
+in vec2 v_place;
+flat in float v_layer;
+#ifdef HAZE
+uniform float u_hazePerM;
+in float v_distanceM;
+#endif
+#ifdef FRAGMENT_DEPTH
+uniform float u_nearM;
+#endif
+layout(location = 0) out vec4 o_colour;
+void main()
+{
+    vec4 texel = texture(u_pages, vec3(v_place, v_layer));
+#ifdef HOLES
+    if (texel.a < 0.5)
+        discard;
+#endif
+    vec3 colour = texel.rgb;
+#ifdef HAZE
+    colour = mix(kHazeColour, colour, exp2(u_hazePerM * -v_distanceM));
+#endif
+    o_colour = vec4(colour, 1.0);
+#ifdef FRAGMENT_DEPTH
+    // What the reversed projection gives with a 0..1 clip range: near / distance.
+    gl_FragDepth = u_nearM * gl_FragCoord.w;
+#endif
+}
+)";
+
+constexpr const char* kSkyVertex = R"(
+precision highp float;
+uniform vec4 u_sides;
+out vec2 v_tangent;
+void main()
+{
+    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0; // 0 .. 1 is the target
+    v_tangent = vec2(mix(u_sides.x, u_sides.y, corner.x), mix(u_sides.w, u_sides.z, corner.y));
+    gl_Position = vec4(corner * 2.0 - 1.0, INFINITE_DEPTH, 1.0);
+}
+)";
+
+constexpr const char* kSkyFragment = R"(
+precision highp float;
+uniform vec3 u_up;
+in vec2 v_tangent;
+layout(location = 0) out vec4 o_colour;
+void main()
+{
+    float sine = dot(normalize(vec3(v_tangent, -1.0)), u_up); // of the elevation
+    vec3 above = mix(kZenithColour, kHazeColour, exp2(-5.0 * max(sine, 0.0)));
+    float below = 1.0 - 0.22 * smoothstep(0.0, 0.7, -sine);
+    o_colour = vec4(above * below, 0.0);
+}
+)";
+
+constexpr const char* kProbeVertex = R"(
+void main()
+{
+    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0;
+    gl_Position = vec4(corner, 0.0, 1.0);
+}
+)";
+
+constexpr const char* kProbeFragment = R"(
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+uniform sampler2D u_depth;
+uniform ivec2 u_pixel;
+layout(location = 0) out highp uint o_bits;
+void main()
+{
+    o_bits = floatBitsToUint(texelFetch(u_depth, u_pixel, 0).r);
+}
+)";
+
+constexpr const char* kVersion = "#version 300 es\n";
+
+} // namespace
+
+ShaderPair terrainShaders(const TerrainVariant& variant)
+{
+    std::string head = kVersion;
+    const auto define = [&head](bool wanted, const char* name) {
+        if (wanted)
+            head += fmt::format("#define {}\n", name);
+    };
+    define(variant.haze, "HAZE");
+    define(variant.holes, "HOLES");
+    define(variant.fragmentDepth, "FRAGMENT_DEPTH");
+    define(variant.slotFromVertex, "SLOT_FROM_VERTEX");
+    const std::string vertexHead =
+        head + fmt::format(
+                   "#define ATTRIBUTE_HIGH {}\n#define ATTRIBUTE_LOW {}\n#define ATTRIBUTE_POST {}\n"
+                   "#define LOW_FULL_SCALE_M {:.6f}\n#define PAGE_INTERVALS {}.0\n#define PAGE_VERTICES {}\n",
+                   int{kAttributeHigh}, int{kAttributeLow}, int{kAttributePost}, kLowFullScaleM,
+                   lod::kPageIntervals, kPageVertices);
+    const std::string fragmentHead = head + "precision highp float;\n" + kSkyColours;
+    return {vertexHead + kTerrainVertex, fragmentHead + kTerrainFragment};
+}
+
+ShaderPair skyShaders(bool clipControl)
+{
+    // Window depth 0 either way.
+    const std::string vertexHead =
+        std::string(kVersion) + fmt::format("#define INFINITE_DEPTH {}\n", clipControl ? "0.0" : "-1.0");
+    return {vertexHead + kSkyVertex,
+            std::string(kVersion) + "precision highp float;\n" + kSkyColours + kSkyFragment};
+}
+
+ShaderPair depthProbeShaders()
+{
+    return {std::string(kVersion) + kProbeVertex, std::string(kVersion) + kProbeFragment};
+}
+
+} // namespace ig::gl

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// GLSL ES 3.00 sources, put together from what a scene needs. Internal to ig/gl.
+#pragma once
+
+#include <string>
+
+namespace ig::gl {
+
+// Every field that is false leaves its code out.
+struct TerrainVariant {
+    bool haze = false;
+    bool holes = false;          // discards texels of holes
+    bool fragmentDepth = false;  // no clip control: the fragment shader writes the reversed depth
+    bool slotFromVertex = false; // base-vertex draws: the slot follows from gl_VertexID
+};
+
+struct ShaderPair {
+    std::string vertex;
+    std::string fragment;
+};
+
+// Attributes as in PageStore. Uniforms: u_clipFromRelative (mat4), u_eyeHigh and u_eyeLow (vec3), u_layer
+// (int), u_pages (sampler); u_hazePerM (float) with haze; u_nearM (float) with fragmentDepth.
+ShaderPair terrainShaders(const TerrainVariant& variant);
+
+// One triangle over the whole target at infinite depth, no attributes. Uniforms: u_sides (vec4: left, right,
+// bottom, top tangents), u_up (vec3: away from the Earth's centre, eye frame).
+ShaderPair skyShaders(bool clipControl);
+
+// Copies the depth of a pixel, as bits, into an R32UI target. Uniforms: u_depth (sampler), u_pixel (ivec2).
+ShaderPair depthProbeShaders();
+
+} // namespace ig::gl

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include "ig/gl/terrain_pass.h"
+
+#include "ig/gl/egl_error.h"
+#include "ig/gl/extensions.h"
+#include "ig/gl/program.h"
+#include "ig/gl/shaders.h"
+#include "ig/gl/split_position.h"
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
+#include <cassert>
+#include <cmath>
+
+namespace ig::gl {
+namespace {
+
+// Contrast exp(-3.912 d / visibility) is 2 % at the visibility (Koschmieder 1924); the shader has exp2.
+constexpr double kHazeExponent = 3.912023 * 1.44269504;
+
+// Projection and rotation in one, with the picture's top at GL's row 0.
+glm::mat4 clipFromRelative(const ViewState& view)
+{
+    glm::dmat4 flipped(clipFromEye(view.frustum));
+    for (int column = 0; column < 4; ++column)
+        flipped[column][1] = -flipped[column][1];
+    return glm::mat4(flipped * glm::dmat4(view.eyeFromEcef));
+}
+
+} // namespace
+
+Result<TerrainPass> TerrainPass::create(const Context& context, const PageStore& store, bool holes,
+                                        double visibilityM)
+{
+    TerrainVariant variant;
+    variant.haze = visibilityM > 0;
+    variant.holes = holes;
+    variant.fragmentDepth = !context.info().clipControl;
+    variant.slotFromVertex = context.info().baseVertex;
+    const ShaderPair source = terrainShaders(variant);
+    Result<Program> program = makeProgram("terrain", source.vertex, source.fragment);
+    if (!program)
+        return Unexpected{program.error()};
+
+    TerrainPass pass;
+    pass._extensions = &context.extensions();
+    pass._program = *std::move(program);
+    const auto location = [&](const char* name) { return glGetUniformLocation(pass._program.name(), name); };
+    pass._clipFromRelative = location("u_clipFromRelative");
+    pass._eyeHigh = location("u_eyeHigh");
+    pass._eyeLow = location("u_eyeLow");
+    pass._layer = location("u_layer");
+    pass._nearM = location("u_nearM");
+    glUseProgram(pass._program.name());
+    glUniform1i(location("u_pages"), 0);
+    if (variant.haze)
+        glUniform1f(location("u_hazePerM"), static_cast<float>(kHazeExponent / visibilityM));
+
+    takeGlErrors();
+    pass._vertexArray = makeVertexArray();
+    glBindVertexArray(pass._vertexArray.name());
+    for (const GLuint attribute : {kAttributeHigh, kAttributeLow, kAttributePost})
+        glEnableVertexAttribArray(attribute);
+    store.pointAttributes(0);
+    pass._indices = makeBuffer();
+    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, pass._indices.name());
+    const std::span<const uint16_t> indices = pass._tiles.indices();
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size_bytes()), indices.data(),
+                 GL_STATIC_DRAW);
+    glBindVertexArray(0);
+    if (const std::string errors = takeGlErrors(); !errors.empty())
+        return fail(ErrorKind::graphics, "no index buffer: " + errors);
+    return pass;
+}
+
+void TerrainPass::begin(const ViewState& view) const
+{
+    if (_extensions->clipControl)
+        _extensions->clipControl(GL_LOWER_LEFT_EXT, GL_ZERO_TO_ONE_EXT);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_GREATER);
+    glDepthMask(GL_TRUE);
+    // Tiles are anticlockwise from outside; the flipped projection turns them round.
+    glEnable(GL_CULL_FACE);
+    glCullFace(GL_BACK);
+    glFrontFace(GL_CW);
+    glUseProgram(_program.name());
+    glm::vec3 eyeHigh(0.0F);
+    glm::vec3 eyeLow(0.0F);
+    for (int axis = 0; axis < 3; ++axis) {
+        const SplitCoordinate split = splitCoordinate(view.eye.m[axis]);
+        eyeHigh[axis] = split.high;
+        eyeLow[axis] = static_cast<float>(split.rest);
+    }
+    glUniform3fv(_eyeHigh, 1, glm::value_ptr(eyeHigh));
+    glUniform3fv(_eyeLow, 1, glm::value_ptr(eyeLow));
+    glUniformMatrix4fv(_clipFromRelative, 1, GL_FALSE, glm::value_ptr(clipFromRelative(view)));
+    if (_nearM >= 0)
+        glUniform1f(_nearM, static_cast<float>(view.frustum.nearM));
+}
+
+void TerrainPass::draw(const PageStore& store, std::span<const lod::DrawItem> items,
+                       std::span<const int32_t> slotOfPage)
+{
+    glBindVertexArray(_vertexArray.name());
+    constexpr uint32_t kNoArray = UINT32_MAX;
+    uint32_t boundArray = kNoArray;
+    for (const lod::DrawItem& item : items) {
+        assert(item.page < slotOfPage.size() && slotOfPage[item.page] >= 0);
+        if (item.page >= slotOfPage.size() || slotOfPage[item.page] < 0)
+            continue;
+        const auto slot = static_cast<uint32_t>(slotOfPage[item.page]);
+        assert(slot < store.pageSlots());
+        const uint32_t array = slot / store.slotsPerArray();
+        const bool baseVertex = _extensions->multiDrawElementsBaseVertex != nullptr;
+        if (array != boundArray) {
+            flush();
+            store.bindArray(array);
+            boundArray = array;
+            if (baseVertex) // of the array, from the slot that the vertex number gives
+                glUniform1i(_layer, -static_cast<GLint>(array * store.slotsPerArray()));
+        }
+        if (!baseVertex) {
+            drawRebinding(store, item, slot);
+            continue;
+        }
+        if (_batch.size == Batch::kCapacity)
+            flush();
+        const TileIndices::Range range = _tiles.range(item);
+        _batch.count[_batch.size] = static_cast<GLsizei>(range.count);
+        _batch.offset[_batch.size] = reinterpret_cast<const void*>(range.first * sizeof(uint16_t));
+        _batch.baseVertex[_batch.size] = static_cast<GLint>(slot * kPageVertices + tileCorner(item));
+        ++_batch.size;
+    }
+    flush();
+    glBindVertexArray(0);
+}
+
+void TerrainPass::flush()
+{
+    if (_batch.size == 0)
+        return;
+    _extensions->multiDrawElementsBaseVertex(GL_TRIANGLES, _batch.count.data(), GL_UNSIGNED_SHORT,
+                                             _batch.offset.data(), static_cast<GLsizei>(_batch.size),
+                                             _batch.baseVertex.data());
+    _batch.size = 0;
+}
+
+void TerrainPass::drawRebinding(const PageStore& store, const lod::DrawItem& item, uint32_t slot) const
+{
+    store.pointAttributes(slot * kPageVertices + tileCorner(item));
+    glUniform1i(_layer, static_cast<GLint>(slot % store.slotsPerArray()));
+    const TileIndices::Range range = _tiles.range(item);
+    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(range.count), GL_UNSIGNED_SHORT,
+                   reinterpret_cast<const void*>(range.first * sizeof(uint16_t)));
+}
+
+Result<SkyPass> SkyPass::create(const Context& context)
+{
+    const ShaderPair source = skyShaders(context.info().clipControl);
+    Result<Program> program = makeProgram("sky", source.vertex, source.fragment);
+    if (!program)
+        return Unexpected{program.error()};
+    SkyPass pass;
+    pass._program = *std::move(program);
+    pass._sides = glGetUniformLocation(pass._program.name(), "u_sides");
+    pass._up = glGetUniformLocation(pass._program.name(), "u_up");
+    pass._noAttributes = makeVertexArray();
+    return pass;
+}
+
+void SkyPass::draw(const ViewState& view) const
+{
+    const double fromCentreM = glm::length(view.eye.m);
+    const glm::dvec3 up = fromCentreM > 1.0 ? view.eye.m / fromCentreM : glm::dvec3(0.0, 0.0, 1.0);
+    const glm::vec3 upInEye(view.eyeFromEcef * up);
+    const Frustum& f = view.frustum;
+    glUseProgram(_program.name());
+    glUniform4f(_sides, static_cast<float>(f.left), static_cast<float>(f.right), static_cast<float>(f.bottom),
+                static_cast<float>(f.top));
+    glUniform3fv(_up, 1, glm::value_ptr(upInEye));
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_EQUAL);
+    glDepthMask(GL_FALSE);
+    glDisable(GL_CULL_FACE);
+    glBindVertexArray(_noAttributes.name());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glBindVertexArray(0);
+}
+
+} // namespace ig::gl

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// Where tiles lie in space, and which of them a view can see.
+#pragma once
+
+#include "ig/geo/view_state.h"
+#include "ig/lod/terrain_shape.h"
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include <array>
+#include <cstdint>
+
+namespace ig::lod {
+
+struct TileKey {
+    int depth = 0;         // 0 .. deepestPage + 2
+    uint32_t x = 0, y = 0; // in tiles of this depth, x eastwards, y southwards
+
+    friend bool operator==(const TileKey&, const TileKey&) = default;
+};
+
+// Posts of the full grid between two neighbouring tiles of a depth, per axis.
+uint32_t tileSpan(const TerrainShape& shape, int depth) noexcept;
+
+// Whether any of the tile's area lies on the grid (and not in its padding).
+bool onGrid(const TerrainShape& shape, const TileKey& key) noexcept;
+
+// An oriented box: axes are north, east, down at the tile's middle.
+struct TileBox {
+    glm::dvec3 centre{0.0}; // ECEF, m
+    glm::dmat3 axes{1.0};   // columns of unit length
+    glm::dvec3 half{0.0};   // m along the axes
+};
+
+// Box that holds every point of the tile with heights in [minHeightM, maxHeightM]: the extent of 3 x 3
+// samples at both heights, widened by the largest deviation of a surface of curvature 1/R from its
+// bilinear interpolation, R (du^2 + dv^2) / 8. Whole-Earth tiles get a box of that size too.
+TileBox tileBox(const TerrainShape& shape, const TileKey& key, double minHeightM, double maxHeightM) noexcept;
+
+// Smallest distance from the eye to the box, metres; 0 inside.
+double distanceM(const TileBox& box, const EcefPos& eye) noexcept;
+
+// What one view can see of boxes. A mask bit per frustum plane says that the plane still has to be
+// tested: a box wholly inside a plane clears the bit, and nothing below it tests that plane again.
+class Visibility {
+public:
+    using PlaneMask = uint8_t;
+    static constexpr PlaneMask kAllPlanes = 0x1F;
+
+    // lowestHeightM: of the whole terrain; the ellipsoid lowered by it hides what lies behind.
+    Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double lowestHeightM) noexcept;
+
+    // False when the box is outside the frustum or behind the horizon. Updates the mask.
+    bool sees(const TileBox& box, PlaneMask& planes) const noexcept;
+
+private:
+    bool behindHorizon(const TileBox& box) const noexcept;
+
+    std::array<glm::dvec4, 5> _planes{};
+    glm::dvec3 _eye{0.0};
+    // Space scaled so that the hiding ellipsoid is the unit sphere.
+    glm::dvec3 _scale{1.0};
+    glm::dvec3 _scaledEye{0.0};
+    double _horizonSquared = -1; // |scaled eye|^2 - 1; negative: no horizon (eye under the surface)
+};
+
+} // namespace ig::lod

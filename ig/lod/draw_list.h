@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+// The narrow interface between selection and drawing.
+#pragma once
+
+#include "ig/lod/terrain_shape.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace ig::lod {
+
+// Sides of a tile whose odd vertices are left out, because the neighbour there is one level coarser.
+enum StitchSide : uint8_t { kStitchNorth = 1, kStitchEast = 2, kStitchSouth = 4, kStitchWest = 8 };
+
+// One tile to draw.
+struct DrawItem {
+    uint32_t page = 0;                // page number; resident
+    uint8_t stride = 4;               // 4, 2 or 1: posts of the page between vertices of the tile
+    uint8_t windowX = 0, windowY = 0; // of the tile within the page, in tiles: < 4 / stride
+    uint8_t stitch = 0;               // StitchSide bits
+    float errorPx = 0;                // bound of the tile's projected error
+};
+
+// Triangles of one page that its own index list makes: indices [first, first + count) of DrawList::indices,
+// three a triangle, posts of the page (row * kPagePosts + col), anticlockwise from outside.
+struct PageList {
+    uint32_t page = 0; // page number; resident
+    uint32_t first = 0;
+    uint32_t count = 0;
+    float distanceM = 0; // eye to the page, for the order of drawing
+};
+
+// What the vertices of page lists need to find their weight (see bintree.h).
+struct MorphState {
+    float reach = 0; // kappa = alpha / tau
+    float cutM = 0; // errors up to it are not shown
+};
+
+struct LodStats {
+    uint32_t triangles = 0;         // that the draw list draws, exactly
+    uint32_t tilesVisited = 0;      // tiles whose error or visibility was evaluated
+    uint32_t verticesEvaluated = 0; // per-vertex tests; 0 for a method that decides by tile
+    uint32_t listsMade = 0;         // index lists made; 0 for a method with shared ones
+    uint32_t tilesMissing = 0;      // tiles drawn by an ancestor because pages were not resident
+    float errorPx = 0;              // bound of the largest projected error of what is drawn
+    float tauPx =
+        0; // tolerance that the budget allowed: no tile above it was left unsplit for lack of budget
+};
+
+// The result of one selection. Capacity is reserved once; a selection does not allocate.
+struct DrawList {
+    std::vector<DrawItem> items;       // whole tiles, nearest first; empty when lists are used
+    std::vector<PageList> lists;       // nearest first; empty when items are used
+    std::vector<uint16_t> indices;     // of the lists
+    MorphState morph;                  // of the lists
+    std::vector<uint32_t> usedPages;   // that the items and their ancestors need: not to be evicted
+    std::vector<uint32_t> wantedPages; // not resident, most urgent first; bounded
+    LodStats stats;
+};
+
+} // namespace ig::lod

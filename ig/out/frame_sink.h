@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// ig/out: hands finished frames to those who use them. A sink never holds up the frame loop for longer
+// than a copy: what may block (disk, compression) runs on the sink's own thread behind a bounded queue,
+// and what does not fit in the queue is dropped and counted.
+#pragma once
+
+#include "ig/base/result.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+
+namespace ig::out {
+
+// A frame as read back: RGBA8, top row first, rows packed. Valid during the call it is passed to.
+struct Frame {
+    int widthPx = 0;
+    int heightPx = 0;
+    std::span<const std::byte> rgba; // widthPx * heightPx * 4 bytes
+    uint64_t number = 0;             // counts rendered frames from 0
+};
+
+struct SinkStats {
+    uint64_t written = 0;
+    uint64_t dropped = 0;
+};
+
+class FrameSink {
+public:
+    virtual ~FrameSink() = default;
+    // Takes the frame. An error ends this sink, not the image generator: the caller reports it once and
+    // stops calling.
+    virtual Result<void> write(const Frame& frame) = 0;
+    // Waits until everything taken is stored, then closes. Called once, last.
+    virtual Result<SinkStats> close() = 0;
+};
+
+// What a sink may need to know before the first frame.
+struct SinkFormat {
+    int widthPx = 0;
+    int heightPx = 0;
+    double rateHz = 60; // frames per second, written into video headers
+};
+
+// Makes the sink that a --sink argument names:
+//   null        takes frames and does nothing
+//   png:DIR     DIR/frame_000000.png ...; the directory is made when missing
+//   y4m:FILE    uncompressed YUV 4:2:0 video (BT.601 limited range); FILE "-" is standard output
+// Errors (usage): an unknown kind, an empty name, a directory or file that cannot be made.
+Result<std::unique_ptr<FrameSink>> makeSink(std::string_view description, const SinkFormat& format);
+
+} // namespace ig::out

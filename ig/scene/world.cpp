@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: MIT
+#include "ig/scene/world.h"
+
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ig::scene {
+
+namespace {
+
+// Beyond this a tangent says nothing any more that a picture could show.
+constexpr double kWidestRad = 89.9 * kRadPerDeg;
+constexpr double kNarrowestRad = 1e-6;
+
+void assignIf(double& target, const std::optional<double>& value)
+{
+    if (value) {
+        target = *value;
+    }
+}
+
+// Some hosts send the magnitudes of left and bottom: read them as what they must mean.
+void orient(double& low, double high)
+{
+    if (low >= high) {
+        low = -std::abs(low);
+    }
+}
+
+bool drawable(double low, double high)
+{
+    return low >= -kWidestRad && high <= kWidestRad && high - low >= kNarrowestRad;
+}
+
+} // namespace
+
+World::World(const Ellipsoid& ellipsoid, const ViewDefaults& defaults)
+    : _ellipsoid(ellipsoid), _defaults(defaults), _slotOfEntity(65536, kNone)
+{
+    _entities.reserve(kEntities);
+    _doomed.reserve(kEntities);
+    _views.reserve(kViews);
+}
+
+void World::reset()
+{
+    for (const EntityState& entity : _entities) {
+        _slotOfEntity[entity.id] = kNone;
+    }
+    _entities.clear();
+    _views.clear();
+}
+
+Applied World::set(const EntityState& state)
+{
+    const int16_t slot = slotOf(state.id);
+    if (state.attached) {
+        const int16_t parent = slotOf(state.parent);
+        if (parent == kNone || state.parent == state.id || (slot != kNone && descends(parent, slot))) {
+            return Applied::noParent;
+        }
+    }
+    if (slot != kNone) {
+        _entities[static_cast<size_t>(slot)] = state;
+        return Applied::yes;
+    }
+    if (_entities.size() == kEntities) {
+        return Applied::full;
+    }
+    _slotOfEntity[state.id] = static_cast<int16_t>(_entities.size());
+    _entities.push_back(state);
+    return Applied::yes;
+}
+
+void World::destroy(uint16_t entity)
+{
+    if (slotOf(entity) == kNone) {
+        return;
+    }
+    _doomed.clear();
+    _doomed.push_back(entity);
+    for (size_t i = 0; i < _doomed.size(); ++i) {
+        for (const EntityState& other : _entities) {
+            if (other.attached && other.parent == _doomed[i]) {
+                _doomed.push_back(other.id);
+            }
+        }
+    }
+    for (const uint16_t id : _doomed) {
+        // The last one takes its place.
+        const int16_t slot = slotOf(id);
+        _entities[static_cast<size_t>(slot)] = _entities.back();
+        _slotOfEntity[_entities.back().id] = slot;
+        _entities.pop_back();
+        _slotOfEntity[id] = kNone;
+    }
+}
+
+bool World::descends(int16_t slot, int16_t ancestor) const noexcept
+{
+    while (slot != kNone && slot != ancestor) {
+        const EntityState& entity = _entities[static_cast<size_t>(slot)];
+        slot = entity.attached ? slotOf(entity.parent) : kNone;
+    }
+    return slot == ancestor;
+}
+
+// Climbs from the entity to its top-level ancestor: no recursion, however long a chain a host builds.
+World::Pose World::pose(int16_t slot) const
+{
+    glm::dvec3 offset(0.0);
+    glm::dmat3 turn(1.0);
+    for (;;) {
+        const EntityState& entity = _entities[static_cast<size_t>(slot)];
+        const glm::dmat3 own = parentFromChild(entity.attitude);
+        offset = own * offset;
+        turn = own * turn;
+        if (!entity.attached) {
+            const Geodetic& at = entity.position;
+            const glm::dmat3 ecefFromLocal = ecefFromNed(at.latitudeRad, at.longitudeRad);
+            return {{toEcef(at, _ellipsoid).m + ecefFromLocal * offset}, ecefFromLocal * turn};
+        }
+        offset += entity.offsetM;
+        slot = slotOf(entity.parent);
+    }
+}
+
+World::View World::makeView(uint16_t id) const noexcept
+{
+    View view;
+    view.id = id;
+    view.leftRad = _defaults.leftRad;
+    view.rightRad = _defaults.rightRad;
+    view.bottomRad = _defaults.bottomRad;
+    view.topRad = _defaults.topRad;
+    view.nearM = _defaults.nearM;
+    return view;
+}
+
+const World::View* World::find(uint16_t id) const noexcept
+{
+    const auto found =
+        std::find_if(_views.begin(), _views.end(), [&](const View& view) { return view.id == id; });
+    return found == _views.end() ? nullptr : &*found;
+}
+
+World::View* World::findOrMake(uint16_t id)
+{
+    if (const View* found = find(id)) {
+        return const_cast<View*>(found);
+    }
+    if (_views.size() == kViews) {
+        return nullptr;
+    }
+    _views.push_back(makeView(id));
+    return &_views.back();
+}
+
+Applied World::set(const ViewPlacement& placement)
+{
+    const auto place = [&](View& view) {
+        view.entity = placement.entity;
+        assignIf(view.offsetM.x, placement.xM);
+        assignIf(view.offsetM.y, placement.yM);
+        assignIf(view.offsetM.z, placement.zM);
+        assignIf(view.attitude.yawRad, placement.yawRad);
+        assignIf(view.attitude.pitchRad, placement.pitchRad);
+        assignIf(view.attitude.rollRad, placement.rollRad);
+    };
+    if (placement.group != 0) {
+        for (View& view : _views) {
+            if (view.group == placement.group) {
+                place(view);
+            }
+        }
+        return Applied::yes;
+    }
+    View* view = findOrMake(placement.view);
+    if (view == nullptr) {
+        return Applied::full;
+    }
+    place(*view);
+    return Applied::yes;
+}
+
+Applied World::set(const ViewShape& shape)
+{
+    const View* known = find(shape.view);
+    View wanted = known != nullptr ? *known : makeView(shape.view);
+    wanted.group = shape.group;
+    assignIf(wanted.nearM, shape.nearM);
+    assignIf(wanted.leftRad, shape.leftRad);
+    assignIf(wanted.rightRad, shape.rightRad);
+    assignIf(wanted.bottomRad, shape.bottomRad);
+    assignIf(wanted.topRad, shape.topRad);
+    orient(wanted.leftRad, wanted.rightRad);
+    orient(wanted.bottomRad, wanted.topRad);
+    if (!drawable(wanted.leftRad, wanted.rightRad) || !drawable(wanted.bottomRad, wanted.topRad) ||
+        !(wanted.nearM > 0.0)) {
+        return Applied::outOfRange;
+    }
+    View* view = findOrMake(shape.view);
+    if (view == nullptr) {
+        return Applied::full;
+    }
+    *view = wanted;
+    return Applied::yes;
+}
+
+std::optional<ViewState> World::viewState(uint16_t id, int widthPx, int heightPx) const
+{
+    const View* known = find(id);
+    const View view = known != nullptr ? *known : makeView(id);
+    const int16_t slot = slotOf(view.entity);
+    if (slot == kNone) {
+        return std::nullopt;
+    }
+    const Pose entity = pose(slot);
+    ViewState state;
+    state.eye = {entity.position.m + entity.ecefFromBody * view.offsetM};
+    state.eyeFromEcef = eyeFromEcefOfView(entity.ecefFromBody * parentFromChild(view.attitude));
+    state.frustum = {std::tan(view.leftRad), std::tan(view.rightRad), std::tan(view.bottomRad),
+                     std::tan(view.topRad), view.nearM};
+    state.widthPx = widthPx;
+    state.heightPx = heightPx;
+    return state;
+}
+
+} // namespace ig::scene

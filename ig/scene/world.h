@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+// ig/scene: what the host has said about the world (entities, views), and the ViewState that follows from it.
+// It knows no packets and no GL; ig/app translates. Everything is last-writer-wins, nothing reads a clock,
+// nothing allocates after construction.
+#pragma once
+
+#include "ig/geo/attitude.h"
+#include "ig/geo/geodesy.h"
+#include "ig/geo/view_state.h"
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace ig::scene {
+
+// A host's statement about one entity. Top level: geodetic position, attitude from the local horizon.
+// Attached: offset (m) in the parent's body axes, attitude from the parent's axes.
+struct EntityState {
+    uint16_t id = 0;
+    bool attached = false;
+    uint16_t parent = 0;     // when attached
+    Geodetic position;       // when not attached
+    glm::dvec3 offsetM{0.0}; // when attached
+    YawPitchRoll attitude;
+};
+
+// A change to where a view sits; what is absent keeps its value. All of it refers to the entity's body axes:
+// first translate, then rotate about the eyepoint.
+struct ViewPlacement {
+    uint16_t view = 0;
+    uint8_t group = 0;   // not 0: every view of that group, `view` is ignored
+    uint16_t entity = 0; // always applied
+    std::optional<double> xM, yM, zM;
+    std::optional<double> yawRad, pitchRad, rollRad;
+};
+
+// A change to a view's frustum; what is absent keeps its value. Angles are signed, from the viewing axis.
+struct ViewShape {
+    uint16_t view = 0;
+    uint8_t group = 0; // the group that the view belongs to from now on; 0: none
+    std::optional<double> nearM;
+    std::optional<double> leftRad, rightRad, bottomRad, topRad;
+};
+
+// What a view is before the host has said anything about it.
+struct ViewDefaults {
+    double leftRad = -36.0 * kRadPerDeg, rightRad = 36.0 * kRadPerDeg;
+    double bottomRad = -22.5 * kRadPerDeg, topRad = 22.5 * kRadPerDeg;
+    double nearM = 0.5;
+};
+
+enum class Applied {
+    yes,
+    full,       // no room for another entity or view
+    noParent,   // attachment to an entity that does not exist, or to itself or one of its children
+    outOfRange, // a value that no view can have
+};
+
+class World {
+public:
+    static constexpr size_t kEntities = 4096;
+    static constexpr size_t kViews = 64;
+
+    World(const Ellipsoid& ellipsoid, const ViewDefaults& defaults);
+
+    // Forgets every entity and view, as a host's Reset/Standby orders.
+    void reset();
+
+    Applied set(const EntityState& state);
+    // Removes an entity and everything attached to it.
+    void destroy(uint16_t entity);
+    Applied set(const ViewPlacement& placement);
+    Applied set(const ViewShape& shape);
+
+    bool has(uint16_t entity) const noexcept { return slotOf(entity) != kNone; }
+
+    // The view as it is to be drawn, or nothing while the entity that it sits on does not exist. Views the
+    // host never mentioned sit on entity 0, without an offset. widthPx, heightPx: of the picture.
+    std::optional<ViewState> viewState(uint16_t view, int widthPx, int heightPx) const;
+
+private:
+    static constexpr int16_t kNone = -1;
+    struct Pose {
+        EcefPos position;
+        glm::dmat3 ecefFromBody{1.0};
+    };
+    struct View {
+        uint16_t id = 0;
+        uint8_t group = 0;
+        uint16_t entity = 0;
+        glm::dvec3 offsetM{0.0};
+        YawPitchRoll attitude;
+        double leftRad = 0, rightRad = 0, bottomRad = 0, topRad = 0, nearM = 0;
+    };
+
+    int16_t slotOf(uint16_t entity) const noexcept { return _slotOfEntity[entity]; }
+    Pose pose(int16_t slot) const;
+    bool descends(int16_t slot, int16_t ancestor) const noexcept;
+    const View* find(uint16_t view) const noexcept;
+    View* findOrMake(uint16_t view);
+    View makeView(uint16_t id) const noexcept;
+
+    Ellipsoid _ellipsoid;
+    ViewDefaults _defaults;
+    std::vector<int16_t> _slotOfEntity; // 65536
+    std::vector<EntityState> _entities; // the used ones, in no order
+    std::vector<uint16_t> _doomed;      // scratch of destroy
+    std::vector<View> _views;
+};
+
+} // namespace ig::scene

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+// Costs of drawing: tiles through the draw list against the same triangles from one static index buffer
+// (in turn, frame by frame, in one run), page uploads, read-back.
+#include "../gl/stage.h"
+#include "static_mesh.h"
+
+#include <benchmark/benchmark.h>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <memory>
+
+namespace {
+
+using namespace stage;
+
+constexpr int kWidthPx = 1280;
+constexpr int kHeightPx = 720;
+constexpr double kCellM = 50.0;
+
+struct Scene {
+    ig::gl::RendererSettings settings;
+    ig::gl::Context context;
+    std::unique_ptr<ig::gl::Renderer> renderer;
+    std::unique_ptr<bench::StaticMesh> mesh;
+    Tiling tiling;
+    ig::ViewState view;
+    std::vector<std::byte> pixels;
+    std::vector<std::byte> meshPixels;
+};
+
+// Hills with about so many tiles that touch the view, nearest first.
+Tiling visibleTiles(const Terrain& terrain, const ig::ViewState& view, double eyeCol, double eyeRow,
+                    size_t wanted)
+{
+    Tiling best;
+    for (double refine = 0.05; refine < 4.0; refine += 0.02) {
+        Tiling tiling = tile(terrain, eyeCol, eyeRow, refine);
+        const auto planes = ig::frustumPlanes(view);
+        const auto middle = [&](const ig::lod::DrawItem& item) {
+            const size_t half = 8 * size_t{item.stride};
+            const size_t col = 2 * half * item.windowX + half;
+            const size_t row = 2 * half * item.windowY + half;
+            return tiling.pages[item.page].vertex[row * 65 + col].m - view.eye.m;
+        };
+        const auto corner = [&](const ig::lod::DrawItem& item) {
+            const size_t size = 16 * size_t{item.stride};
+            return tiling.pages[item.page].vertex[size * item.windowY * 65 + size * item.windowX].m -
+                   view.eye.m;
+        };
+        std::erase_if(tiling.list.items, [&](const ig::lod::DrawItem& item) {
+            const double radiusM = glm::length(middle(item) - corner(item)) + 400.0;
+            return std::any_of(planes.begin(), planes.end(), [&](const glm::dvec4& p) {
+                return glm::dot(glm::dvec3(p), middle(item)) + p.w < -radiusM;
+            });
+        });
+        std::stable_sort(
+            tiling.list.items.begin(), tiling.list.items.end(),
+            [&](const auto& a, const auto& b) { return glm::length(middle(a)) < glm::length(middle(b)); });
+        if (tiling.list.items.size() > wanted)
+            break;
+        best = std::move(tiling);
+    }
+    return best;
+}
+
+// Null when this machine draws nothing; the benchmark is then skipped with the reason.
+std::unique_ptr<Scene> makeScene(benchmark::State& state, size_t tiles)
+{
+    ig::Result<ig::gl::Context> context = ig::gl::Context::create({});
+    if (!context) {
+        state.SkipWithError(context.error().message.c_str());
+        return nullptr;
+    }
+    const Terrain terrain = hills(3, kCellM);
+    const double eyeCol = 256;
+    const double eyeRow = 420;
+    const ig::Geodetic eye{terrain.shape.northRad - eyeRow * terrain.shape.latitudeStepRad,
+                           terrain.shape.westRad + eyeCol * terrain.shape.longitudeStepRad,
+                           terrain.heightM(eyeCol, eyeRow) + 300.0};
+    const ig::ViewState view = viewFrom(eye, {0, -0.1, 0}, 72 * ig::kRadPerDeg, kWidthPx, kHeightPx);
+    auto scene = std::make_unique<Scene>(Scene{{}, *std::move(context), {}, {}, {}, view, {}, {}});
+    scene->tiling = visibleTiles(terrain, view, eyeCol, eyeRow, tiles);
+    scene->settings = {.widthPx = kWidthPx,
+                       .heightPx = kHeightPx,
+                       .pageSlots = static_cast<uint32_t>(scene->tiling.pages.size()),
+                       .visibilityM = 30'000.0};
+    auto renderer = ig::gl::Renderer::create(scene->context, scene->settings);
+    auto mesh = bench::StaticMesh::create(scene->context, scene->settings);
+    if (!renderer || !mesh) {
+        state.SkipWithError((renderer ? mesh.error() : renderer.error()).message.c_str());
+        return nullptr;
+    }
+    scene->renderer = *std::move(renderer);
+    scene->mesh = std::make_unique<bench::StaticMesh>(*std::move(mesh));
+    for (uint32_t i = 0; i < scene->settings.pageSlots; ++i) {
+        scene->renderer->upload(i, scene->tiling.pages[i]);
+        scene->mesh->upload(i, scene->tiling.pages[i]);
+    }
+    scene->mesh->setTriangles(scene->tiling.list, scene->tiling.slotOfPage);
+    scene->pixels.resize(size_t{kWidthPx} * kHeightPx * 4);
+    scene->meshPixels = scene->pixels;
+    return scene;
+}
+
+// CPU time of all threads: what a busy machine adds to wall time does not count.
+double cpuMs()
+{
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
+}
+
+double wallMs()
+{
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+double median(std::vector<double>& values)
+{
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                     values.end());
+    return values[values.size() / 2];
+}
+
+struct Cost {
+    std::vector<double> wall, cpu;
+    template <class F>
+    void measure(F&& f)
+    {
+        const double wallStart = wallMs();
+        const double cpuStart = cpuMs();
+        f();
+        cpu.push_back(cpuMs() - cpuStart);
+        wall.push_back(wallMs() - wallStart);
+    }
+};
+
+void drawListAgainstStaticMesh(benchmark::State& state)
+{
+    const auto scene = makeScene(state, static_cast<size_t>(state.range(0)));
+    if (!scene)
+        return;
+    const auto drawList = [&] {
+        scene->renderer->draw(scene->view, scene->tiling.list, scene->tiling.slotOfPage);
+        scene->renderer->read(scene->pixels);
+    };
+    const auto drawMesh = [&] {
+        scene->mesh->draw(scene->view);
+        scene->mesh->read(scene->meshPixels);
+    };
+    drawList();
+    drawMesh();
+    if (scene->pixels != scene->meshPixels) {
+        state.SkipWithError("the draw list and the static mesh give different pictures");
+        return;
+    }
+    Cost list;
+    Cost mesh;
+    for (auto _ : state) {
+        list.measure(drawList);
+        mesh.measure(drawMesh);
+        state.SetIterationTime(list.wall.back() * 1e-3);
+    }
+    double triangles = 0;
+    for (const ig::lod::DrawItem& item : scene->tiling.list.items)
+        triangles += 512 - 8 * std::popcount(unsigned{item.stitch});
+    state.counters["tiles"] = static_cast<double>(scene->tiling.list.items.size());
+    state.counters["triangles"] = triangles;
+    state.counters["listMs"] = median(list.wall);
+    state.counters["staticMs"] = median(mesh.wall);
+    state.counters["listCpuMs"] = median(list.cpu);
+    state.counters["staticCpuMs"] = median(mesh.cpu);
+    state.counters["ratio"] = median(list.cpu) / median(mesh.cpu);
+}
+BENCHMARK(drawListAgainstStaticMesh)
+    ->Arg(47)
+    ->Arg(190)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond)
+    ->MinTime(2.0);
+
+void uploadPage(benchmark::State& state)
+{
+    const auto scene = makeScene(state, 47);
+    if (!scene)
+        return;
+    uint32_t slot = 0;
+    for (auto _ : state) {
+        scene->renderer->upload(slot, scene->tiling.pages[slot]);
+        slot = (slot + 1) % scene->settings.pageSlots;
+    }
+}
+BENCHMARK(uploadPage)->Unit(benchmark::kMicrosecond);
+
+// Frames that replace as many pages as Arg before they draw.
+void frameWithUploads(benchmark::State& state)
+{
+    const auto scene = makeScene(state, 47);
+    if (!scene)
+        return;
+    uint32_t slot = 0;
+    for (auto _ : state) {
+        for (int64_t i = 0; i < state.range(0); ++i) {
+            scene->renderer->upload(slot, scene->tiling.pages[slot]);
+            slot = (slot + 1) % scene->settings.pageSlots;
+        }
+        scene->renderer->draw(scene->view, scene->tiling.list, scene->tiling.slotOfPage);
+        scene->renderer->read(scene->pixels);
+    }
+}
+BENCHMARK(frameWithUploads)->Arg(0)->Arg(1)->Arg(4)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+void readBack(benchmark::State& state)
+{
+    const auto scene = makeScene(state, 47);
+    if (!scene)
+        return;
+    scene->renderer->draw(scene->view, scene->tiling.list, scene->tiling.slotOfPage);
+    scene->renderer->read(scene->pixels);
+    for (auto _ : state)
+        scene->renderer->read(scene->pixels);
+}
+BENCHMARK(readBack)->Unit(benchmark::kMicrosecond);
+
+} // namespace
+
+BENCHMARK_MAIN();

@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: MIT
+// eyepoint-bench: what frames cost, as ratios measured in one run (the machine's speed cancels out).
+//   static    frames through the draw list against the same triangles from one static index buffer with the
+//             same shaders, frame by frame in turn
+//   size      frames over a large terrain against a small one, frame by frame in turn
+//   pace      a paced flight: p99 / mean of the frame time, missed frames, share of the selection
+#include "flight.h"
+#include "ig/app/frame_schedule.h"
+#include "ig/app/steady_clock.h"
+#include "ig/app/terrain_engine.h"
+#include "ig/base/histogram.h"
+#include "static_mesh.h"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <memory>
+
+namespace {
+
+using namespace ig;
+using Json = nlohmann::ordered_json;
+
+struct Options {
+    std::string terrain, small;
+    uint32_t budget = 24'000;
+    int width = 1280, height = 720;
+    int frames = 600;
+    double seconds = 60, rateHz = 60;
+    double speedMs = 250, heightM = 300;
+};
+
+class PrintedLog final : public LogSink {
+public:
+    void write(LogLevel, std::string_view line) override
+    {
+        std::fprintf(stderr, "%.*s\n", static_cast<int>(line.size()), line.data());
+    }
+};
+
+// One terrain with its own renderer, flown frame by frame.
+struct Runner {
+    std::unique_ptr<gl::Renderer> renderer;
+    std::unique_ptr<app::TerrainEngine> engine;
+    std::unique_ptr<data::Dataset> ground; // a second handle, for the flight's height above it
+    std::unique_ptr<bench::Flight> flight;
+    std::vector<std::byte> picture;
+    uint32_t overBudget = 0;
+
+    app::FrameStats frame(const ViewState& view)
+    {
+        app::FrameStats stats;
+        const int64_t start = app::steadyNs();
+        engine->draw(view, stats);
+        const int64_t drawn = app::steadyNs();
+        renderer->read(picture);
+        stats.readBackNs = app::steadyNs() - drawn;
+        engine->load(stats);
+        stats.frameNs = app::steadyNs() - start;
+        return stats;
+    }
+};
+
+gl::RendererSettings rendererSettings(const Options& options)
+{
+    gl::RendererSettings settings;
+    settings.widthPx = options.width;
+    settings.heightPx = options.height;
+    settings.visibilityM = 60'000;
+    return settings;
+}
+
+Result<std::unique_ptr<Runner>> makeRunner(const std::string& path, const Options& options,
+                                           const gl::Context& context, LogSink& log)
+{
+    auto dataset = data::Dataset::open(path);
+    if (!dataset) {
+        return Unexpected{dataset.error()};
+    }
+    auto ground = data::Dataset::open(path);
+    if (!ground) {
+        return Unexpected{ground.error()};
+    }
+    auto renderer = gl::Renderer::create(context, rendererSettings(options));
+    if (!renderer) {
+        return Unexpected{renderer.error()};
+    }
+    auto runner = std::make_unique<Runner>();
+    runner->renderer = std::move(*renderer);
+    app::TerrainSettings settings;
+    settings.selection.triangleBudget = options.budget;
+    settings.shading.sunElevationRad = 35 * kRadPerDeg;
+    settings.shading.sunAzimuthRad = 315 * kRadPerDeg;
+    runner->engine =
+        std::make_unique<app::TerrainEngine>(std::move(*dataset), settings, *runner->renderer, log);
+    runner->ground = std::make_unique<data::Dataset>(std::move(*ground));
+    bench::FlightPlan plan;
+    plan.speedMs = options.speedMs;
+    plan.heightAboveGroundM = options.heightM;
+    runner->flight = std::make_unique<bench::Flight>(*runner->ground, plan);
+    runner->picture.resize(static_cast<size_t>(options.width) * static_cast<size_t>(options.height) * 4);
+    if (auto loaded = runner->engine->preload(runner->flight->view(0, options.width, options.height));
+        !loaded) {
+        return Unexpected{loaded.error()};
+    }
+    return runner;
+}
+
+double median(std::vector<double> values)
+{
+    if (values.empty()) {
+        return 0;
+    }
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+double cpuMs()
+{
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
+}
+
+Json measureStatic(Runner& runner, const Options& options, const gl::Context& context)
+{
+    auto mesh = bench::StaticMesh::create(context, rendererSettings(options));
+    if (!mesh) {
+        return {{"error", mesh.error().message}};
+    }
+    std::vector<double> ours, theirs, wallRatios, cpuRatios;
+    std::vector<std::byte> picture(runner.picture.size());
+    data::PageHeights heights;
+    data::PageMesh pageMesh;
+    std::vector<int32_t> uploaded(gl::RendererSettings{}.pageSlots, -1);
+    uint64_t differing = 0;
+    for (int i = 0; i < options.frames; ++i) {
+        const ViewState view = runner.flight->view(i / 60.0, options.width, options.height);
+        const double cpuStart = cpuMs();
+        app::FrameStats stats;
+        const int64_t start = app::steadyNs();
+        runner.engine->draw(view, stats);
+        runner.renderer->read(runner.picture);
+        const double oursMs = static_cast<double>(app::steadyNs() - start) * 1e-6;
+        const double oursCpu = cpuMs() - cpuStart;
+        runner.overBudget += stats.lod.triangles > options.budget ? 1 : 0;
+
+        // The same pages and triangles, outside of what is timed.
+        data::ShadingSettings shading;
+        shading.sunElevationRad = 35 * kRadPerDeg;
+        shading.sunAzimuthRad = 315 * kRadPerDeg;
+        for (const lod::DrawItem& item : runner.engine->drawList().items) {
+            const int32_t slot = runner.engine->slotOfPage()[item.page];
+            if (uploaded[static_cast<size_t>(slot)] == static_cast<int32_t>(item.page)) {
+                continue;
+            }
+            if (runner.ground->readPage(item.page, heights)) {
+                data::buildPageMesh(runner.ground->info(), runner.ground->pages()[item.page], heights,
+                                    shading, pageMesh);
+                mesh->upload(static_cast<uint32_t>(slot), pageMesh);
+                uploaded[static_cast<size_t>(slot)] = static_cast<int32_t>(item.page);
+            }
+        }
+        mesh->setTriangles(runner.engine->drawList(), runner.engine->slotOfPage());
+        const double staticCpuStart = cpuMs();
+        const int64_t staticStart = app::steadyNs();
+        mesh->draw(view);
+        mesh->read(picture);
+        const double theirsMs = static_cast<double>(app::steadyNs() - staticStart) * 1e-6;
+        const double theirsCpu = cpuMs() - staticCpuStart;
+        differing += picture != runner.picture ? 1 : 0;
+        runner.engine->load(stats);
+        if (i < 10) {
+            continue; // the driver compiles and warms up
+        }
+        ours.push_back(oursMs);
+        theirs.push_back(theirsMs);
+        wallRatios.push_back(oursMs / theirsMs);
+        cpuRatios.push_back(oursCpu / theirsCpu);
+    }
+    return {{"frame_ms_p50", median(ours)},
+            {"static_ms_p50", median(theirs)},
+            {"wall_ratio_p50", median(wallRatios)},
+            {"cpu_ratio_p50", median(cpuRatios)},
+            {"frames_with_other_pixels", differing}};
+}
+
+Json measureSize(Runner& large, Runner& small, const Options& options)
+{
+    std::vector<double> ratios, largeMs, smallMs;
+    for (int i = 0; i < options.frames; ++i) {
+        const double timeS = i / 60.0;
+        const app::FrameStats a = large.frame(large.flight->view(timeS, options.width, options.height));
+        const app::FrameStats b = small.frame(small.flight->view(timeS, options.width, options.height));
+        if (i >= 10) {
+            largeMs.push_back(static_cast<double>(a.frameNs) * 1e-6);
+            smallMs.push_back(static_cast<double>(b.frameNs) * 1e-6);
+            ratios.push_back(largeMs.back() / smallMs.back());
+        }
+        large.overBudget += a.lod.triangles > options.budget ? 1 : 0;
+        small.overBudget += b.lod.triangles > options.budget ? 1 : 0;
+    }
+    return {{"large_ms_p50", median(largeMs)},
+            {"small_ms_p50", median(smallMs)},
+            {"ratio_p50", median(largeMs) / median(smallMs)},
+            {"paired_ratio_p50", median(ratios)}};
+}
+
+void sleepUntil(int64_t timeNs)
+{
+    const timespec until{static_cast<time_t>(timeNs / 1'000'000'000),
+                         static_cast<long>(timeNs % 1'000'000'000)};
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) != 0) {
+    }
+}
+
+Json measurePace(Runner& runner, const Options& options)
+{
+    Histogram frame, select, load;
+    double tauSum = 0;
+    double errorMax = 0;
+    uint64_t triangles = 0;
+    uint64_t pageIns = 0;
+    const int64_t first = app::steadyNs();
+    app::FrameSchedule schedule(first, options.rateHz);
+    int64_t start = first;
+    while (static_cast<double>(start - first) * 1e-9 < options.seconds) {
+        const app::FrameStats stats = runner.frame(
+            runner.flight->view(static_cast<double>(start - first) * 1e-9, options.width, options.height));
+        frame.add(stats.frameNs);
+        select.add(stats.selectNs);
+        load.add(stats.loadNs);
+        tauSum += stats.lod.tauPx;
+        errorMax = std::max<double>(errorMax, stats.lod.errorPx);
+        triangles += stats.lod.triangles;
+        pageIns += stats.pageIns;
+        runner.overBudget += stats.lod.triangles > options.budget ? 1 : 0;
+        start = schedule.nextStartNs(app::steadyNs());
+        sleepUntil(start);
+    }
+    const double count = static_cast<double>(frame.count());
+    return {{"frames", frame.count()},
+            {"missed", schedule.missed()},
+            {"frame_ms_mean", frame.meanNs() * 1e-6},
+            {"frame_ms_p50", frame.quantileNs(0.5) * 1e-6},
+            {"frame_ms_p99", frame.quantileNs(0.99) * 1e-6},
+            {"frame_ms_max", frame.maxNs() * 1e-6},
+            {"p99_over_mean", frame.quantileNs(0.99) / frame.meanNs()},
+            {"select_share", select.meanNs() / frame.meanNs()},
+            {"select_ms_p99", select.quantileNs(0.99) * 1e-6},
+            {"load_ms_mean", load.meanNs() * 1e-6},
+            {"load_ms_max", load.maxNs() * 1e-6},
+            {"triangles_mean", static_cast<double>(triangles) / count},
+            {"tau_px_mean", tauSum / count},
+            {"error_px_max", errorMax},
+            {"page_ins", pageIns}};
+}
+
+Result<Json> run(const Options& options)
+{
+    PrintedLog log;
+    auto context = gl::Context::create({});
+    if (!context) {
+        return Unexpected{context.error()};
+    }
+    auto runner = makeRunner(options.terrain, options, *context, log);
+    if (!runner) {
+        return Unexpected{runner.error()};
+    }
+    Json report{{"renderer", context->info().renderer},
+                {"gl", context->info().version},
+                {"budget", options.budget},
+                {"width", options.width},
+                {"height", options.height}};
+    report["static"] = measureStatic(**runner, options, *context);
+    uint32_t overBudget = 0;
+    if (!options.small.empty()) {
+        auto small = makeRunner(options.small, options, *context, log);
+        if (!small) {
+            return Unexpected{small.error()};
+        }
+        report["size"] = measureSize(**runner, **small, options);
+        overBudget += (*small)->overBudget;
+    }
+    if (options.seconds > 0) {
+        report["pace"] = measurePace(**runner, options);
+    }
+    report["frames_over_budget"] = overBudget + (*runner)->overBudget;
+    return report;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    Options options;
+    CLI::App app{"Benchmarks of whole frames; prints one JSON object."};
+    app.add_option("--terrain", options.terrain, "dataset to fly over")->required();
+    app.add_option("--small", options.small, "smaller dataset to compare with");
+    app.add_option("--budget", options.budget, "triangles per frame")->check(CLI::Range(512, 1'000'000));
+    app.add_option("--width", options.width, "pixels")->check(CLI::Range(1, 16'384));
+    app.add_option("--height", options.height, "pixels")->check(CLI::Range(1, 16'384));
+    app.add_option("--frames", options.frames, "of the comparisons")->check(CLI::Range(11, 1'000'000));
+    app.add_option("--seconds", options.seconds, "of the paced flight, 0 for none")
+        ->check(CLI::Range(0.0, 1e5));
+    app.add_option("--rate", options.rateHz, "frames per second of the paced flight")
+        ->check(CLI::Range(0.1, 1e4));
+    app.add_option("--speed", options.speedMs, "m/s")->check(CLI::Range(0.0, 1e5));
+    app.add_option("--height-above-ground", options.heightM, "m")->check(CLI::Range(0.0, 1e6));
+    CLI11_PARSE(app, argc, argv);
+    const auto report = run(options);
+    if (!report) {
+        std::fprintf(stderr, "eyepoint-bench: %s\n", report.error().message.c_str());
+        return exitCode(report.error().kind);
+    }
+    std::printf("%s\n", report->dump(2).c_str());
+    return 0;
+}

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// Scripted flights over a dataset, for benchmarks: the same poses for the same dataset and frame number.
+#pragma once
+
+#include "ig/data/dataset.h"
+#include "ig/geo/view_state.h"
+
+#include <cstdint>
+
+namespace bench {
+
+// Terrain height at a place, bilinear between full-resolution posts; keeps the last page. Places beyond the
+// grid take its border; damaged pages count as 0 m.
+class Ground {
+public:
+    explicit Ground(const ig::data::Dataset& dataset);
+    double heightM(double latitudeRad, double longitudeRad);
+
+private:
+    double postM(uint32_t col, uint32_t row);
+
+    const ig::data::Dataset& _dataset;
+    uint32_t _page = UINT32_MAX;
+    ig::data::PageHeights _heights;
+};
+
+struct FlightPlan {
+    double speedMs = 250;
+    double heightAboveGroundM = 300; // above the highest ground within half a second of flight
+    double circleM = 4000;           // radius of the two circles of the figure of eight
+    double pitchRad = -0.10;
+};
+
+// A figure of eight round the middle of the grid, banked in the turns, following the ground.
+class Flight {
+public:
+    Flight(const ig::data::Dataset& dataset, const FlightPlan& plan);
+    ig::ViewState view(double timeS, int widthPx, int heightPx);
+
+private:
+    const ig::data::Dataset& _dataset;
+    FlightPlan _plan;
+    Ground _ground;
+    double _heightM = 0; // smoothed
+    double _lastS = -1;
+};
+
+} // namespace bench

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "static_mesh.h"
+
+#include "ig/gl/tile_indices.h"
+
+#include <utility>
+
+namespace bench {
+
+using namespace ig::gl;
+
+ig::Result<StaticMesh> StaticMesh::create(const Context& context, const RendererSettings& settings)
+{
+    if (!context.info().baseVertex)
+        return ig::fail(ig::ErrorKind::graphics, "the static mesh needs a driver with base-vertex draws");
+    ig::Result<Target> target = Target::create(settings.widthPx, settings.heightPx);
+    if (!target)
+        return ig::Unexpected{target.error()};
+    ig::Result<PageStore> store = PageStore::create(settings.pageSlots);
+    if (!store)
+        return ig::Unexpected{store.error()};
+    if (store->slotsPerArray() < settings.pageSlots)
+        return ig::fail(ig::ErrorKind::graphics, "the static mesh takes no more slots than a texture array");
+    ig::Result<TerrainPass> terrain =
+        TerrainPass::create(context, *store, settings.holes, settings.visibilityM);
+    if (!terrain)
+        return ig::Unexpected{terrain.error()};
+    ig::Result<SkyPass> sky = SkyPass::create(context);
+    if (!sky)
+        return ig::Unexpected{sky.error()};
+    StaticMesh mesh;
+    mesh._target = *std::move(target);
+    mesh._store = *std::move(store);
+    mesh._terrain = *std::move(terrain);
+    mesh._sky = *std::move(sky);
+    mesh._vertexArray = makeVertexArray();
+    mesh._indices = makeBuffer();
+    glBindVertexArray(mesh._vertexArray.name());
+    for (const GLuint attribute : {kAttributeHigh, kAttributeLow, kAttributePost})
+        glEnableVertexAttribArray(attribute);
+    mesh._store.pointAttributes(0);
+    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh._indices.name());
+    glBindVertexArray(0);
+    return mesh;
+}
+
+void StaticMesh::setTriangles(const ig::lod::DrawList& list, std::span<const int32_t> slotOfPage)
+{
+    _scratch.clear();
+    const TileIndices& tiles = _terrain.tiles();
+    for (const ig::lod::DrawItem& item : list.items) {
+        const uint32_t base = static_cast<uint32_t>(slotOfPage[item.page]) * kPageVertices + tileCorner(item);
+        const TileIndices::Range range = tiles.range(item);
+        for (const uint16_t index : tiles.indices().subspan(range.first, range.count))
+            _scratch.push_back(base + index);
+    }
+    _count = static_cast<GLsizei>(_scratch.size());
+    glBindVertexArray(_vertexArray.name());
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(_scratch.size() * sizeof(uint32_t)),
+                 _scratch.data(), GL_STATIC_DRAW);
+    glBindVertexArray(0);
+}
+
+void StaticMesh::draw(const ig::ViewState& view)
+{
+    _target.begin();
+    _terrain.begin(view);
+    _store.bindArray(0);
+    glBindVertexArray(_vertexArray.name());
+    glDrawElements(GL_TRIANGLES, _count, GL_UNSIGNED_INT, nullptr);
+    glBindVertexArray(0);
+    _sky.draw(view);
+}
+
+} // namespace bench

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// The yardstick of drawing: the same triangles with the same shaders from one static index buffer, in one
+// call. What a level-of-detail renderer costs beyond this is its own overhead.
+#pragma once
+
+#include "ig/gl/page_store.h"
+#include "ig/gl/renderer.h"
+#include "ig/gl/target.h"
+#include "ig/gl/terrain_pass.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bench {
+
+class StaticMesh {
+public:
+    // Needs base-vertex draws (the shader that finds a page by vertex number) and at most one texture
+    // array's worth of slots; error (graphics) otherwise, and what Renderer::create fails with.
+    static ig::Result<StaticMesh> create(const ig::gl::Context& context,
+                                         const ig::gl::RendererSettings& settings);
+
+    void upload(uint32_t slot, const ig::data::PageMesh& mesh) { _store.upload(slot, mesh); }
+
+    // Makes the index buffer of a draw list's triangles, in its order. Outside of what is timed.
+    void setTriangles(const ig::lod::DrawList& list, std::span<const int32_t> slotOfPage);
+
+    // Terrain in one call, then the sky, as Renderer::draw does.
+    void draw(const ig::ViewState& view);
+    void read(std::span<std::byte> rgba) const { _target.read(rgba); }
+
+private:
+    ig::gl::Target _target;
+    ig::gl::PageStore _store;
+    ig::gl::TerrainPass _terrain;
+    ig::gl::SkyPass _sky;
+    ig::gl::VertexArray _vertexArray;
+    ig::gl::Buffer _indices;
+    GLsizei _count = 0;
+    std::vector<uint32_t> _scratch;
+};
+
+} // namespace bench

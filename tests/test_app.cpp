@@ -1,0 +1,412 @@
+// SPDX-License-Identifier: MIT
+#include "counted_new.h"
+#include "hostif/cigi33.h"
+#include "ig/app/frame_schedule.h"
+#include "ig/app/host_link.h"
+#include "ig/app/run_statistics.h"
+#include "ig/app/steady_clock.h"
+#include "ig/app/terrain_engine.h"
+#include "ig/base/histogram.h"
+#include "ig/data/page_slots.h"
+#include "ig/geo/attitude.h"
+#include "ig/gl/null_renderer.h"
+#include "temp_dir.h"
+#include "tools/terrain/compile.h"
+
+#include <catch2/catch.hpp>
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <random>
+
+using namespace ig;
+
+namespace {
+
+class CollectedLog final : public LogSink {
+public:
+    void write(LogLevel, std::string_view line) override { lines.emplace_back(line); }
+    std::vector<std::string> lines;
+};
+
+// Hills, 513 x 513 posts of 50 m.
+std::string makeDataset(const test::TempDir& dir)
+{
+    terrain::GridPlace place;
+    place.northDeg = 57.5;
+    place.westDeg = -5.0;
+    place.latitudeStepDeg = 0.00045;
+    place.longitudeStepDeg = 0.0008;
+    place.heightScaleM = 0.1;
+    place.source = "hills";
+    const std::string path = dir.file("hills.ept");
+    const auto compiled = terrain::compileHeights(
+        513, 513, place,
+        [](uint32_t col, uint32_t row) {
+            return 300.0 + 200.0 * std::sin(col * 0.11) * std::cos(row * 0.07) + 40.0 * std::sin(col * 0.9);
+        },
+        path);
+    REQUIRE(compiled);
+    return path;
+}
+
+data::Dataset openDataset(const std::string& path)
+{
+    auto dataset = data::Dataset::open(path);
+    REQUIRE(dataset);
+    return std::move(*dataset);
+}
+
+ViewState lookNorth(const data::DatasetInfo& info, double heightM, double yawRad = 0.0)
+{
+    ViewState view;
+    const Geodetic eye{info.shape.northRad - 300 * info.shape.latitudeStepRad,
+                       info.shape.westRad + 256 * info.shape.longitudeStepRad, heightM};
+    view.eye = toEcef(eye, info.shape.ellipsoid);
+    view.eyeFromEcef = eyeFromEcefOfView(ecefFromNed(eye.latitudeRad, eye.longitudeRad) *
+                                         parentFromChild({yawRad, -0.2, 0}));
+    view.frustum = {-0.73, 0.73, -0.41, 0.41, 0.5};
+    return view;
+}
+
+app::TerrainSettings smallSettings()
+{
+    app::TerrainSettings settings;
+    settings.selection.triangleBudget = 12'000;
+    settings.pageSlots = 128;
+    settings.pageLoadsPerFrame = 3;
+    return settings;
+}
+
+gl::NullRenderer nullRenderer(const app::TerrainSettings& terrain)
+{
+    gl::RendererSettings settings;
+    settings.pageSlots = terrain.pageSlots;
+    return gl::NullRenderer(settings);
+}
+
+} // namespace
+
+TEST_CASE("deadlines of a fixed rate do not drift, in a day of frames")
+{
+    const int64_t start = 12'345;
+    app::FrameSchedule schedule(start, 60.0);
+    int64_t now = start;
+    const int64_t frames = 60 * 60 * 24 * 60;
+    for (int64_t k = 1; k <= frames; ++k) {
+        now = schedule.nextStartNs(now + 9'000'000);
+    }
+    CHECK(schedule.missed() == 0);
+    CHECK(std::abs(static_cast<double>(now - start) - static_cast<double>(frames) * 1e9 / 60.0) < 1000.0);
+}
+
+TEST_CASE("a frame that runs over takes whole slots with it, and the next one starts on the grid")
+{
+    app::FrameSchedule schedule(0, 100.0);                 // slots of 10 ms
+    CHECK(schedule.nextStartNs(10'000'000) == 10'000'000); // exactly on time
+    CHECK(schedule.missed() == 0);
+    CHECK(schedule.nextStartNs(20'000'001) == 30'000'000); // a nanosecond late
+    CHECK(schedule.missed() == 1);
+    CHECK(schedule.nextStartNs(75'000'000) == 80'000'000);
+    CHECK(schedule.missed() == 5);
+    CHECK(schedule.nextStartNs(81'000'000) == 90'000'000);
+    CHECK(schedule.missed() == 5);
+}
+
+TEST_CASE("quantiles are within one step of the sorted values")
+{
+    std::mt19937 random(5);
+    std::lognormal_distribution<double> values(15.0, 1.5);
+    Histogram histogram;
+    std::vector<int64_t> sorted;
+    for (int i = 0; i < 20'000; ++i) {
+        sorted.push_back(static_cast<int64_t>(values(random)));
+        histogram.add(sorted.back());
+    }
+    std::sort(sorted.begin(), sorted.end());
+    for (const double q : {0.001, 0.01, 0.5, 0.95, 0.99, 0.999, 1.0}) {
+        const auto rank = static_cast<size_t>(std::ceil(q * static_cast<double>(sorted.size()))) - 1;
+        const auto exact = static_cast<double>(sorted[rank]);
+        CHECK(histogram.quantileNs(q) >= exact);
+        CHECK(histogram.quantileNs(q) <= exact * 1.016 + 1);
+    }
+    CHECK(histogram.maxNs() == static_cast<double>(sorted.back()));
+}
+
+TEST_CASE("a histogram takes any value, an empty one answers zero")
+{
+    Histogram histogram;
+    CHECK(histogram.quantileNs(0.5) == 0);
+    histogram.add(-5);
+    CHECK(histogram.quantileNs(1.0) == 0);
+    histogram.add(std::numeric_limits<int64_t>::max());
+    CHECK(histogram.quantileNs(1.0) == static_cast<double>(std::numeric_limits<int64_t>::max()));
+}
+
+TEST_CASE("the least recently used page leaves first, never one in use")
+{
+    data::PageSlots slots(10, 3);
+    for (uint32_t page = 0; page < 3; ++page) {
+        slots.use({});
+        CHECK(slots.place(page) == page);
+    }
+    slots.use(std::vector<uint32_t>{0, 2});
+    CHECK(slots.place(5) == 1U); // page 1 was the oldest
+    CHECK(slots.slotOfPage()[1] == data::PageSlots::kNone);
+    CHECK_FALSE(slots.hasRoom());
+    CHECK_FALSE(slots.place(6)); // 0 and 2 are in use, 5 is new in this frame
+    slots.use(std::vector<uint32_t>{5, 2});
+    CHECK(slots.place(6) == 0U);
+    CHECK(slots.slotOfPage()[0] == data::PageSlots::kNone);
+    CHECK(slots.residentPages() == 3);
+}
+
+TEST_CASE("residency stays consistent over a long random life")
+{
+    data::PageSlots slots(200, 40);
+    std::mt19937 random(8);
+    for (int frame = 0; frame < 2000; ++frame) {
+        std::vector<uint32_t> used;
+        for (int i = 0; i < 25; ++i) {
+            used.push_back(static_cast<uint32_t>(random() % 200));
+        }
+        slots.use(used);
+        for (int i = 0; i < 4; ++i) {
+            const auto page = static_cast<uint32_t>(random() % 200);
+            if (slots.slotOfPage()[page] == data::PageSlots::kNone) {
+                (void)slots.place(page);
+            }
+        }
+        std::vector<int> holders(40, 0);
+        for (const int32_t slot : slots.slotOfPage()) {
+            if (slot >= 0) {
+                ++holders[static_cast<size_t>(slot)];
+            }
+        }
+        REQUIRE(*std::max_element(holders.begin(), holders.end()) == 1);
+        REQUIRE(static_cast<uint32_t>(std::count(holders.begin(), holders.end(), 1)) ==
+                slots.residentPages());
+    }
+}
+
+TEST_CASE("a frame loads a bounded number of pages, and the view completes over frames")
+{
+    const test::TempDir dir;
+    CollectedLog log;
+    gl::NullRenderer renderer = nullRenderer(smallSettings());
+    app::TerrainEngine engine(openDataset(makeDataset(dir)), smallSettings(), renderer, log);
+    REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
+    app::FrameStats stats;
+    engine.draw(lookNorth(engine.info(), 900), stats);
+    CHECK(stats.lod.tilesMissing == 0);
+    const ViewState behind = lookNorth(engine.info(), 900, kPi);
+    int frames = 0;
+    do {
+        stats = {};
+        engine.draw(behind, stats);
+        CHECK(stats.lod.triangles <= 12'000);
+        engine.load(stats);
+        CHECK(stats.pageIns <= 3);
+        CHECK((stats.pageIns > 0) == (stats.bytesUploaded > 0));
+        REQUIRE(++frames < 100);
+    } while (stats.pageIns > 0);
+    CHECK(frames > 2);
+    CHECK(stats.lod.tilesMissing == 0);
+    CHECK(log.lines.empty());
+}
+
+TEST_CASE("too few slots draw a coarser picture, and no page in use is replaced")
+{
+    const test::TempDir dir;
+    CollectedLog log;
+    app::TerrainSettings settings = smallSettings();
+    settings.pageSlots = 9;
+    gl::NullRenderer renderer = nullRenderer(settings);
+    app::TerrainEngine engine(openDataset(makeDataset(dir)), settings, renderer, log);
+    REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
+    for (int i = 0; i < 20; ++i) {
+        app::FrameStats stats;
+        engine.draw(lookNorth(engine.info(), 900, 0.3 * i), stats);
+        engine.load(stats);
+    }
+    CHECK(engine.residentPages() == 9);
+    CHECK(renderer.counts().tiles > 0);
+    CHECK(renderer.counts().badTiles == 0);
+}
+
+TEST_CASE("a damaged page is reported once and drawn by its ancestor; a damaged root ends the start")
+{
+    const test::TempDir dir;
+    const std::string path = makeDataset(dir);
+    CollectedLog log;
+    gl::NullRenderer renderer = nullRenderer(smallSettings());
+    app::TerrainEngine engine(openDataset(path), smallSettings(), renderer, log);
+    // Everything behind the header is payload or index: overwrite the payloads of the finest pages.
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    const auto bytes = static_cast<std::streamoff>(engine.info().fileBytes);
+    file.seekp(bytes / 4);
+    file << std::string(static_cast<size_t>(bytes / 2), '\x5a');
+    file.close();
+    REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
+    for (int i = 0; i < 30; ++i) {
+        app::FrameStats stats;
+        engine.draw(lookNorth(engine.info(), 900, 0.2 * i), stats);
+        CHECK(stats.lod.triangles >= lod::kSmallestBudget / 2);
+        engine.load(stats);
+    }
+    CHECK(engine.damagedPages() > 0);
+    CHECK(log.lines.size() == engine.damagedPages());
+
+    std::fstream whole(path, std::ios::in | std::ios::out | std::ios::binary);
+    whole.seekp(512);
+    whole << std::string(static_cast<size_t>(bytes - 512), '\x5a');
+    whole.close();
+    CHECK_FALSE(data::Dataset::open(path));
+}
+
+TEST_CASE("drawing allocates nothing once warm")
+{
+    const test::TempDir dir;
+    CollectedLog log;
+    gl::NullRenderer renderer = nullRenderer(smallSettings());
+    app::TerrainEngine engine(openDataset(makeDataset(dir)), smallSettings(), renderer, log);
+    const auto turn = [&](int from, int to) {
+        for (int i = from; i < to; ++i) {
+            app::FrameStats stats;
+            engine.draw(lookNorth(engine.info(), 600 + i, 0.02 * i), stats);
+            engine.load(stats);
+        }
+    };
+    REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
+    turn(0, 50);
+    const size_t before = test::allocations();
+    turn(50, 300);
+    CHECK(test::allocations() == before);
+}
+
+TEST_CASE("what a host sends over UDP becomes the view, and the answer carries its frame number")
+{
+    config::Settings settings;
+    settings.host.listen = "127.0.0.1:0";
+    CollectedLog log;
+    auto link = app::HostLink::open(settings, log);
+    REQUIRE(link);
+    link->terrainLoaded();
+    auto host = hostif::UdpSocket::open(*hostif::parseAddress("127.0.0.1:0"));
+    REQUIRE(host);
+    scene::World world(kWgs84, {});
+
+    for (const auto order : {hostif::ByteOrder::little, hostif::ByteOrder::big}) {
+        hostif::IgControl control;
+        control.mode = hostif::IgMode::operate;
+        control.hostFrameNumber = order == hostif::ByteOrder::little ? 100 : 101;
+        hostif::EntityControl ownship;
+        ownship.state = hostif::EntityState::active;
+        ownship.latitudeDegOrXM = 57.0;
+        ownship.longitudeDegOrYM = -5.0;
+        ownship.altitudeOrZM = order == hostif::ByteOrder::little ? 1000.0 : 2000.0;
+        ownship.yawDeg = 90.0F;
+        hostif::ViewDefinition definition;
+        definition.leftDeg = -30.0F;
+        definition.rightDeg = 30.0F;
+        std::vector<std::byte> bytes;
+        hostif::cigi33::append(bytes, order, control);
+        hostif::cigi33::append(bytes, order, hostif::HostMessage{ownship});
+        hostif::cigi33::append(bytes, order, hostif::HostMessage{definition});
+        host->send(bytes, link->local());
+        hostif::UdpSocket::Received answer;
+        const double nowS = static_cast<double>(app::steadyNs()) * 1e-9 + 1.0;
+        for (int i = 0; i < 100 && !link->newestArrivalS(); ++i) {
+            link->receive(world, nowS);
+        }
+        REQUIRE(link->newestArrivalS());
+        link->answer(nowS);
+        REQUIRE(host->wait(2.0));
+        REQUIRE(host->receive(answer));
+        hostif::IgDatagram decoded;
+        REQUIRE(hostif::cigi33::decodeIg(answer.bytes, decoded));
+        CHECK(decoded.startOfFrame.lastHostFrameNumber == control.hostFrameNumber);
+        CHECK(decoded.startOfFrame.mode == hostif::IgMode::operate);
+        CHECK(decoded.order == order);
+
+        const auto view = world.viewState(0, 640, 360);
+        REQUIRE(view);
+        const Geodetic eye = toGeodetic(view->eye);
+        CHECK(eye.latitudeRad * kDegPerRad == Approx(57.0).epsilon(1e-12));
+        CHECK(eye.longitudeRad * kDegPerRad == Approx(-5.0).epsilon(1e-12));
+        CHECK(eye.heightM == Approx(ownship.altitudeOrZM));
+        CHECK(view->frustum.right == Approx(std::tan(30 * kRadPerDeg)));
+        // Heading east: the line of sight is the local east axis.
+        const glm::dvec3 east = ecefFromNed(eye.latitudeRad, eye.longitudeRad)[1];
+        CHECK(glm::length(view->eyeFromEcef * east - glm::dvec3(0, 0, -1)) < 1e-7);
+        link->receive(world, nowS); // nothing new: forget the arrival
+        CHECK_FALSE(link->newestArrivalS());
+    }
+}
+
+TEST_CASE("a port that is taken is said so, with the key to change")
+{
+    config::Settings settings;
+    settings.host.listen = "127.0.0.1:0";
+    CollectedLog log;
+    const auto first = app::HostLink::open(settings, log);
+    REQUIRE(first);
+    settings.host.listen = hostif::toString(first->local());
+    const auto second = app::HostLink::open(settings, log);
+    REQUIRE_FALSE(second);
+    CHECK(second.error().kind == ErrorKind::addressInUse);
+    CHECK_THAT(second.error().message, Catch::Contains("host.listen"));
+    settings.host.listen = "nonsense";
+    CHECK(app::HostLink::open(settings, log).error().kind == ErrorKind::usage);
+}
+
+TEST_CASE("the statistics have every documented key, and count what was added")
+{
+    app::RunStatistics statistics;
+    app::FrameStats frame;
+    for (int i = 1; i <= 100; ++i) {
+        frame.frameNs = i * 1'000'000;
+        frame.transportDelayNs = i % 2 == 0 ? 5'000'000 : -1;
+        frame.lod.triangles = static_cast<uint32_t>(1000 + i);
+        frame.lod.errorPx = static_cast<float>(i);
+        frame.pageIns = 2;
+        // Up, up, down, up ...: every change but the first two turns round.
+        statistics.add(frame, static_cast<uint32_t>(i == 1 ? 1000 : i == 2 ? 1100 : 1200 + (i % 2) * 100));
+    }
+    app::RunSummary run;
+    run.durationS = 60;
+    run.missedFrames = 7;
+    const auto json = nlohmann::json::parse(statistics.json(run));
+    for (const char* key :
+         {"frames", "missed", "frame_ms", "select_ms", "draw_ms", "read_back_ms", "transport_delay_ms",
+          "triangles", "tau_px", "error_px", "vertices_evaluated_per_frame", "lists_made_per_frame",
+          "page_ins", "bytes_uploaded", "resident_bytes", "packets", "reversals_per_minute"}) {
+        INFO(key);
+        CHECK(json.contains(key));
+    }
+    CHECK(json["frames"] == 100);
+    CHECK(json["missed"] == 7);
+    CHECK(json["page_ins"] == 200);
+    CHECK(json["triangles"]["max"] == 1100);
+    CHECK(json["triangles"]["mean"].get<double>() == Approx(1050.5));
+    CHECK(json["frame_ms"]["p50"].get<double>() == Approx(50).epsilon(0.02));
+    CHECK(json["frame_ms"]["max"].get<double>() == Approx(100));
+    CHECK(json["transport_delay_ms"]["mean"].get<double>() == Approx(5));
+    CHECK(json["reversals_per_minute"].get<double>() == Approx(97));
+    CHECK(json["packets"].contains("bad_size"));
+    CHECK(json["resident_bytes"].get<uint64_t>() > 1'000'000);
+}
+
+TEST_CASE("a file that cannot be written is an error that leaves nothing behind")
+{
+    const test::TempDir dir;
+    const auto written = app::writeFile(dir.file("missing/stats.json"), "{}");
+    REQUIRE_FALSE(written);
+    CHECK_THAT(written.error().message, Catch::Contains("missing/stats.json"));
+    REQUIRE(app::writeFile(dir.file("stats.json"), "{}\n"));
+    CHECK(std::filesystem::file_size(dir.file("stats.json")) == 3);
+    CHECK_FALSE(std::filesystem::exists(dir.file("stats.json.partial")));
+}

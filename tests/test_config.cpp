@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#include "config/settings.h"
+
+#include <catch2/catch.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace {
+
+// A file of its own for every case, removed with it.
+class TomlFile {
+public:
+    explicit TomlFile(const std::string& text)
+        : _path(std::filesystem::temp_directory_path() /
+                ("eyepoint_config_" + std::to_string(reinterpret_cast<uintptr_t>(this)) + ".toml"))
+    {
+        std::ofstream(_path) << text;
+    }
+    ~TomlFile() { std::filesystem::remove(_path); }
+    std::string path() const { return _path.string(); }
+
+private:
+    std::filesystem::path _path;
+};
+
+std::string errorOf(const std::string& text)
+{
+    const TomlFile file(text);
+    const auto settings = config::load(file.path());
+    REQUIRE_FALSE(settings);
+    CHECK(settings.error().kind == ig::ErrorKind::usage);
+    return settings.error().message;
+}
+
+} // namespace
+
+TEST_CASE("the shipped file lists every key, with the built-in default as its value")
+{
+    const std::string path = EYEPOINT_SOURCE_DIR "/config/eyepoint.toml";
+    const auto shipped = config::load(path);
+    REQUIRE(shipped);
+    const config::Settings builtIn;
+    CHECK(shipped->terrain.triangleBudget == builtIn.terrain.triangleBudget);
+    CHECK(shipped->terrain.tolerancePx == builtIn.terrain.tolerancePx);
+    CHECK(shipped->terrain.pageSlots == builtIn.terrain.pageSlots);
+    CHECK(shipped->terrain.pageLoadsPerFrame == builtIn.terrain.pageLoadsPerFrame);
+    CHECK(shipped->terrain.file == builtIn.terrain.file);
+    CHECK(shipped->view.id == builtIn.view.id);
+    CHECK(shipped->view.width == builtIn.view.width);
+    CHECK(shipped->view.height == builtIn.view.height);
+    CHECK(shipped->view.rateHz == builtIn.view.rateHz);
+    CHECK(shipped->view.fovHorizontalDeg == builtIn.view.fovHorizontalDeg);
+    CHECK(shipped->view.fovVerticalDeg == builtIn.view.fovVerticalDeg);
+    CHECK(shipped->view.nearM == builtIn.view.nearM);
+    CHECK(shipped->shading.tint == builtIn.shading.tint);
+    CHECK(shipped->shading.sunAzimuthDeg == builtIn.shading.sunAzimuthDeg);
+    CHECK(shipped->shading.sunElevationDeg == builtIn.shading.sunElevationDeg);
+    CHECK(shipped->shading.ambient == builtIn.shading.ambient);
+    CHECK(shipped->shading.visibilityM == builtIn.shading.visibilityM);
+    CHECK(shipped->host.listen == builtIn.host.listen);
+    CHECK(shipped->host.peer == builtIn.host.peer);
+    CHECK(shipped->host.timeoutS == builtIn.host.timeoutS);
+    CHECK(shipped->host.database == builtIn.host.database);
+    CHECK(shipped->output.sinks == builtIn.output.sinks);
+    CHECK(shipped->output.stats == builtIn.output.stats);
+    CHECK(shipped->graphics.device == builtIn.graphics.device);
+    CHECK(shipped->log.level == builtIn.log.level);
+
+    std::ifstream file(path);
+    std::stringstream text;
+    text << file.rdbuf();
+    std::string section;
+    std::string line;
+    std::vector<std::string> listed;
+    while (std::getline(text, line)) {
+        if (line.starts_with("[")) {
+            section = line.substr(1, line.find(']') - 1);
+        } else if (line.find('=') != std::string::npos && !line.starts_with("#")) {
+            listed.push_back(section + "." + line.substr(0, line.find(' ')));
+        }
+    }
+    for (const config::KeyInfo& key : config::keys()) {
+        INFO(key.name);
+        CHECK(std::find(listed.begin(), listed.end(), key.name) != listed.end());
+        CHECK_FALSE(key.expected.empty());
+    }
+    CHECK(listed.size() == config::keys().size());
+}
+
+TEST_CASE("an error names file, line, key and what was expected")
+{
+    CHECK_THAT(
+        errorOf("[terrain]\n\ntriangle_budget = 511\n"),
+        Catch::Contains(".toml:3: key 'terrain.triangle_budget': expected an integer, 512 to 1000000"));
+    CHECK_THAT(errorOf("[terrain]\ntriangles = 5\n"), Catch::Contains(":2: unknown key 'terrain.triangles'"));
+    CHECK_THAT(errorOf("[terain]\nfile = \"x\"\n"), Catch::Contains(":2: unknown key 'terain.file'"));
+    CHECK_THAT(errorOf("rate_hz = 5\n"), Catch::Contains("outside a section"));
+    CHECK_THAT(errorOf("[view]\nrate_hz = \"fast\"\n"),
+               Catch::Contains(":2: key 'view.rate_hz': expected a number"));
+    CHECK_THAT(errorOf("[view]\nrate_hz = nan\n"), Catch::Contains("expected a number"));
+    CHECK_THAT(errorOf("[view]\nrate_hz = inf\n"), Catch::Contains("expected a number"));
+    CHECK_THAT(errorOf("[view]\nrate_hz = true\n"), Catch::Contains("expected a number"));
+    CHECK_THAT(errorOf("[view]\nwidth = 12.5\n"), Catch::Contains("expected an integer"));
+    CHECK_THAT(errorOf("[shading]\ntint = \"pink\"\n"), Catch::Contains("\"hypsometric\""));
+    CHECK_THAT(errorOf("[output]\nsinks = [\"null\", 3]\n"), Catch::Contains("output.sinks"));
+    CHECK_THAT(errorOf("[view\n"), Catch::Contains(".toml:1"));
+    CHECK_THAT(errorOf("[view]\nwidth = 1\nwidth = 2\n"), Catch::Contains(".toml:3"));
+    CHECK_FALSE(config::load("/nonexistent/eyepoint.toml"));
+}
+
+TEST_CASE("the command line assigns like the file, strings with or without quotes")
+{
+    config::Settings settings;
+    REQUIRE(config::assign(settings, "view.width=640"));
+    CHECK(settings.view.width == 640);
+    REQUIRE(config::assign(settings, "view.rate_hz=30"));
+    CHECK(settings.view.rateHz == 30.0);
+    REQUIRE(config::assign(settings, "terrain.file=/tmp/a b.ept"));
+    CHECK(settings.terrain.file == "/tmp/a b.ept");
+    REQUIRE(config::assign(settings, "shading.tint=\"slope\""));
+    CHECK(settings.shading.tint == "slope");
+    REQUIRE(config::assign(settings, "output.sinks=[\"null\", \"png:x\"]"));
+    CHECK(settings.output.sinks == std::vector<std::string>{"null", "png:x"});
+    for (const char* bad : {"view.width", "view.width=", "view.width=0", "view.depth=1", "=1", ""}) {
+        INFO(bad);
+        const auto result = config::assign(settings, bad);
+        REQUIRE_FALSE(result);
+        CHECK(result.error().kind == ig::ErrorKind::usage);
+    }
+    CHECK(settings.view.width == 640);
+}
+
+TEST_CASE("settings without a terrain are refused with what to do")
+{
+    config::Settings settings;
+    const auto result = config::check(settings);
+    REQUIRE_FALSE(result);
+    CHECK_THAT(result.error().message, Catch::Contains("--terrain"));
+    settings.terrain.file = "x.ept";
+    CHECK(config::check(settings));
+}

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: MIT
+// eyepoint-host: its handshake against our session, and a flight over loopback.
+#include "hostif/session.h"
+#include "hostif/udp_socket.h"
+#include "tools/host/report.h"
+#include "tools/host/run.h"
+
+#include <catch2/catch.hpp>
+#include <sys/wait.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <thread>
+
+using namespace host;
+
+namespace {
+
+hostif::Address loopback(uint16_t port)
+{
+    hostif::Address a{.port = port};
+    a.ip = {127, 0, 0, 1};
+    return a;
+}
+
+// A host and an image generator in one room: 60 frames per second each, `lose` says which message of
+// either is lost.
+struct Room {
+    explicit Room(LinkOptions options = {}) : link(options) {}
+    template <class Lose>
+    void fly(int frames, Lose lose)
+    {
+        for (int i = 0; i < frames; ++i, ++tick) {
+            const double timeS = tick / 60.0;
+            const auto message = link.nextMessage({1, 2, 3, 4, 5, 6}, timeS);
+            if (!lose(2 * tick))
+                session.receive(message, loopback(5000), timeS + 0.001);
+            for (const auto& event : session.takeEvents())
+                entities += std::holds_alternative<hostif::EntityControl>(event) ? 1 : 0;
+            const auto answer = session.startOfFrame(timeS + 0.002);
+            if (!lose(2 * tick + 1))
+                link.receive(answer, timeS + 0.003);
+        }
+    }
+    void fly(int frames)
+    {
+        fly(frames, [](int) { return false; });
+    }
+
+    hostif::Session session{{}};
+    HostLink link;
+    int tick = 0;
+    int entities = 0;
+};
+
+} // namespace
+
+TEST_CASE("the host waits for a database that loads, then every frame carries the ownship")
+{
+    Room room;
+    room.fly(120);
+    CHECK(room.link.phase() == LinkPhase::acknowledging);
+    CHECK(room.entities == 0);
+    room.session.setDatabaseState(hostif::DatabaseState::loaded);
+    room.fly(60);
+    REQUIRE(room.link.phase() == LinkPhase::ready);
+    const LinkStats stats = room.link.stats();
+    CHECK(stats.framesSent >= 58);
+    CHECK(room.entities == int(stats.framesSent));
+    CHECK(stats.startOfFrames == stats.framesSent);
+    CHECK(stats.roundTripsS.size() == stats.framesSent);
+    for (const double tripS : stats.roundTripsS)
+        CHECK(tripS == Approx(0.003));
+    CHECK(stats.sofLost + stats.framesPassedOver + stats.framesUnacknowledged + stats.badEchoes == 0);
+}
+
+TEST_CASE("an answer to something else does not move the handshake on")
+{
+    Room room; // its terrain is loading: it says -1 without being asked
+    room.fly(2);
+    REQUIRE(room.link.phase() == LinkPhase::asking);
+    room.fly(30, [](int message) { return message % 2 == 0; }); // nothing of ours arrives
+    CHECK(room.link.phase() == LinkPhase::asking);
+    room.fly(1);
+    CHECK(room.link.phase() == LinkPhase::acknowledging);
+}
+
+TEST_CASE("the handshake gets through heavy loss, and the losses are counted")
+{
+    for (const auto order : {hostif::ByteOrder::little, hostif::ByteOrder::big}) {
+        LinkOptions options;
+        options.order = order;
+        Room room(options);
+        room.session.setDatabaseState(hostif::DatabaseState::loaded);
+        uint32_t state = 1;
+        int lostToHost = 0;
+        room.fly(300, [&](int message) {
+            state = state * 1664525U + 1013904223U;
+            const bool lost = (state >> 16) % 3 == 0;
+            lostToHost += lost && message % 2 == 1 && room.link.phase() == LinkPhase::ready ? 1 : 0;
+            return lost;
+        });
+        REQUIRE(room.link.phase() == LinkPhase::ready);
+        room.fly(1);
+        const LinkStats stats = room.link.stats();
+        CHECK(stats.sofLost == uint64_t(lostToHost));
+        CHECK(room.session.stats().lost > 50);
+        CHECK(stats.framesPassedOver > 50);
+        CHECK(stats.framesUnacknowledged == 0);
+        CHECK(stats.badEchoes == 0);
+        CHECK(stats.roundTripsS.size() == stats.framesSent);
+    }
+}
+
+TEST_CASE("a database that is refused is noticed, one that nobody asks for is not waited for")
+{
+    LinkOptions options;
+    options.databaseNumber = 9;
+    Room refused(options);
+    refused.session.setDatabaseState(hostif::DatabaseState::loaded);
+    refused.fly(10);
+    CHECK(refused.link.phase() == LinkPhase::refused);
+    options.databaseNumber = 0;
+    Room none(options);
+    none.fly(10);
+    CHECK(none.link.phase() == LinkPhase::ready);
+}
+
+TEST_CASE("an image generator that restarts in flight is counted and flown on")
+{
+    Room room;
+    room.session.setDatabaseState(hostif::DatabaseState::loaded);
+    room.fly(200);
+    room.session = hostif::Session({});
+    room.session.setDatabaseState(hostif::DatabaseState::loaded);
+    room.fly(60);
+    const LinkStats stats = room.link.stats();
+    CHECK(stats.igRestarts == 1);
+    CHECK(stats.badEchoes == 0);
+    CHECK(stats.framesUnacknowledged == 0);
+    CHECK(room.session.mode() == hostif::IgMode::operate);
+}
+
+TEST_CASE("answers that cannot be are counted and do no harm")
+{
+    Room room;
+    room.session.setDatabaseState(hostif::DatabaseState::loaded);
+    room.fly(20);
+    const std::array<std::byte, 5> junk{};
+    room.link.receive(junk, 1);
+    CHECK(room.link.stats().malformed == 1);
+    hostif::Session liar({});
+    LinkOptions ahead;
+    HostLink other(ahead);
+    for (int i = 0; i < 5000; ++i)
+        liar.receive(other.nextMessage({}, 1), loopback(1), 1);
+    for (int i = 0; i < 40; ++i)
+        liar.startOfFrame(1);
+    room.link.receive(liar.startOfFrame(1), 1); // acknowledges frame 5000, which was not sent
+    CHECK(room.link.stats().badEchoes == 1);
+    CHECK(room.link.stats().framesUnacknowledged == 0);
+}
+
+TEST_CASE("round trips are summed up by nearest rank")
+{
+    std::vector<double> trips;
+    for (int i = 100; i >= 1; --i)
+        trips.push_back(i * 1e-3);
+    const RoundTrip trip = summarize(trips);
+    CHECK(trip.p50Ms == Approx(50));
+    CHECK(trip.p95Ms == Approx(95));
+    CHECK(trip.maxMs == Approx(100));
+    CHECK(trip.count == 100);
+    CHECK(summarize({}).count == 0);
+    CHECK(summarize({0.002}).p95Ms == Approx(2));
+}
+
+namespace {
+
+double nowS()
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// An image generator without pictures, on its own thread: 60 frames per second.
+class Imagined {
+public:
+    Imagined() : _socket(std::move(*hostif::UdpSocket::open(loopback(0)))), _thread([this] { work(); }) {}
+    ~Imagined()
+    {
+        _stop = true;
+        _thread.join();
+    }
+    hostif::Address address() const { return _socket.local(); }
+
+private:
+    void work()
+    {
+        hostif::Session session({});
+        session.setDatabaseState(hostif::DatabaseState::loaded);
+        const double startS = nowS();
+        for (int frame = 0; !_stop; ++frame) {
+            hostif::UdpSocket::Received received;
+            while (_socket.receive(received))
+                session.receive(received.bytes, received.sender, received.arrivalS);
+            session.takeEvents();
+            const auto answer = session.startOfFrame(nowS());
+            if (const auto to = session.replyTo())
+                _socket.send(answer, *to);
+            while (nowS() < startS + frame / 60.0 && !_stop)
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+    }
+
+    hostif::UdpSocket _socket;
+    std::atomic<bool> _stop{false};
+    std::thread _thread;
+};
+
+struct Finished {
+    int code = 0;
+    std::string text; // standard output and error
+};
+
+Finished hostProgram(const std::string& arguments)
+{
+    FILE* pipe =
+        ::popen((std::string(EYEPOINT_BIN_DIR "/eyepoint-host ") + arguments + " 2>&1").c_str(), "r");
+    REQUIRE(pipe != nullptr);
+    Finished result;
+    std::array<char, 4096> buffer{};
+    while (const size_t size = std::fread(buffer.data(), 1, buffer.size(), pipe))
+        result.text.append(buffer.data(), size);
+    const int status = ::pclose(pipe);
+    result.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return result;
+}
+
+} // namespace
+
+TEST_CASE("a flight over loopback sends at its rate, for its time, and is acknowledged")
+{
+    const Imagined ig;
+    RunOptions options;
+    options.target = ig.address();
+    options.poseAt = [](double) { return Pose{56, -5, 1000, 0, 0, 0}; };
+    options.rateHz = 120;
+    options.durationS = 1;
+    options.waitS = 10;
+    const volatile std::sig_atomic_t stop = 0;
+    const auto result = run(options, stop);
+    REQUIRE(result);
+    CHECK(result->link.framesSent + result->framesSkipped == 121); // both ends of the second
+    CHECK(result->link.startOfFrames > 20);
+    CHECK(result->link.framesUnacknowledged == 0);
+    CHECK(result->link.roundTripsS.size() == result->link.framesSent);
+    CHECK(result->link.malformed + result->link.badEchoes + result->link.igRestarts == 0);
+    CHECK(result->flownS == Approx(1).margin(0.2));
+}
+
+TEST_CASE("a host that is held up leaves frames out instead of sending a burst")
+{
+    const Imagined ig;
+    RunOptions options;
+    options.target = ig.address();
+    int poses = 0;
+    options.poseAt = [&](double timeS) {
+        if (timeS > 0.1 && poses++ == 0)
+            std::this_thread::sleep_for(std::chrono::milliseconds(150));
+        return Pose{56, -5, 1000, 0, 0, 0};
+    };
+    options.rateHz = 100;
+    options.durationS = 0.5;
+    options.waitS = 10;
+    const volatile std::sig_atomic_t stop = 0;
+    const auto result = run(options, stop);
+    REQUIRE(result);
+    CHECK(result->framesSkipped >= 14);
+    CHECK(result->link.framesSent + result->framesSkipped == 51);
+}
+
+TEST_CASE("the program's exit codes and words")
+{
+    const Imagined ig;
+    const std::string target = "--target " + hostif::toString(ig.address());
+    const std::string orbit = " --orbit 56,-5,1000,5000 ";
+    const Finished flown = hostProgram(target + orbit + "--duration 0.3 --json --big-endian");
+    CHECK(flown.code == 0);
+    CHECK(flown.text.find("\"frames_sent\":") != std::string::npos);
+    CHECK(flown.text.find("\"byte_order\":\"big\"") != std::string::npos);
+
+    const Finished silent = hostProgram("--target 127.0.0.1:9 --wait 0.2" + orbit);
+    CHECK(silent.code == 1);
+    CHECK(silent.text.find("nothing answered at 127.0.0.1:9 within 0.2 s") != std::string::npos);
+
+    const Finished refused = hostProgram(target + orbit + "--database 7");
+    CHECK(refused.code == 1);
+    CHECK(refused.text.find("has no database 7") != std::string::npos);
+
+    const Finished taken = hostProgram(target + orbit + "--local " + hostif::toString(ig.address()));
+    CHECK(taken.code == 5);
+
+    for (const char* wrong : {"", "--orbit 1,2,3", "--path /nowhere/F.csv", "--orbit 1,2,3,400 --path x",
+                              "--orbit 1,2,3,400 --rate nan", "--orbit 1,2,3,400 --rate 0",
+                              "--orbit 1,2,3,400 --target x", "--orbit 1,2,3,400 --target 127.0.0.1:0",
+                              "--orbit 1,2,3,400 --protocol dis", "--oops", "--orbit 1,2,3,400 extra"}) {
+        INFO(wrong);
+        CHECK(hostProgram(wrong).code == 2);
+    }
+    CHECK(hostProgram("--help").code == 0);
+    CHECK(hostProgram("--version").text.find("eyepoint-host ") == 0);
+}

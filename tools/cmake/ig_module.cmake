@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: MIT
+# Flags shared by all of the project's targets, and the helper that declares a module.
+
+add_library(ig_flags INTERFACE)
+target_compile_options(ig_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+  -ffp-contract=off) # the same bits whatever the target's FMA
+
+set(EYEPOINT_SANITIZE "" CACHE STRING "Sanitizers for every target, e.g. address,undefined or thread")
+if(EYEPOINT_SANITIZE)
+  target_compile_options(ig_flags INTERFACE -fsanitize=${EYEPOINT_SANITIZE} -fno-omit-frame-pointer
+                                            -fno-sanitize-recover=all)
+  target_link_options(ig_flags INTERFACE -fsanitize=${EYEPOINT_SANITIZE})
+endif()
+if(EYEPOINT_FUZZ)
+  target_compile_options(ig_flags INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
+# Libraries that never throw: one line that keeps `throw` out of them.
+add_library(ig_no_exceptions INTERFACE)
+target_compile_options(ig_no_exceptions INTERFACE -fno-exceptions -fno-rtti)
+
+# ig_module(name ALIAS ns::name SOURCES a.cpp ... [PUBLIC libs] [PRIVATE libs])
+function(ig_module name)
+  cmake_parse_arguments(M "" "ALIAS" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(${name} STATIC ${M_SOURCES})
+  add_library(${M_ALIAS} ALIAS ${name})
+  target_compile_features(${name} PUBLIC cxx_std_20)
+  set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
+  target_include_directories(${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/eyepoint>)
+  target_link_libraries(${name} PUBLIC ${M_PUBLIC} PRIVATE $<BUILD_INTERFACE:ig_flags> ${M_PRIVATE})
+endfunction()
+
+# ig_program(name SOURCES a.cpp ... LIBS libs): an executable under our flags, installed.
+function(ig_program name)
+  cmake_parse_arguments(P "" "" "SOURCES;LIBS" ${ARGN})
+  add_executable(${name} ${P_SOURCES})
+  target_compile_features(${name} PRIVATE cxx_std_20)
+  set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF)
+  target_link_libraries(${name} PRIVATE $<BUILD_INTERFACE:ig_flags> ${P_LIBS})
+  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endfunction()

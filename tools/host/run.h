@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// Runs a flight over UDP in real time.
+#pragma once
+
+#include "hostif/address.h"
+#include "tools/host/report.h"
+
+#include <csignal>
+#include <functional>
+
+namespace host {
+
+struct RunOptions {
+    hostif::Address target;
+    std::optional<hostif::Address> local; // nothing: any free port, on loopback for a loopback target
+    LinkOptions link;
+    std::function<Pose(double timeS)> poseAt;
+    double rateHz = 60;
+    double durationS = 10;
+    double waitS = 30; // for the whole handshake
+};
+
+// Calls, does the handshake and flies. `stop` may be set by a signal handler: the flight then ends early.
+// Errors: the address cannot be used, nobody answers, or the handshake does not come to its end.
+ig::Result<RunResult> run(const RunOptions& options, const volatile std::sig_atomic_t& stop);
+
+} // namespace host

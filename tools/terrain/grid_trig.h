@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// ECEF positions of grid posts, with the trigonometry done once per row and column.
+#pragma once
+
+#include "ig/lod/terrain_shape.h"
+#include "tools/terrain/grid_store.h"
+
+#include <glm/vec3.hpp>
+
+#include <vector>
+
+namespace ig::terrain {
+
+class GridTrig {
+public:
+    GridTrig(const lod::TerrainShape& shape, double heightScaleM, double heightOffsetM);
+
+    // Of a post with this value; as toEcef, see ig/geo/geodesy.h.
+    glm::dvec3 position(uint32_t c, uint32_t r, int16_t post) const noexcept
+    {
+        const double h = post * _heightScaleM + _heightOffsetM;
+        const Row& row = _row[r];
+        const double p = (row.normalM + h) * row.cosLat;
+        return {p * _column[c].cosLon, p * _column[c].sinLon, (row.centreM + h) * row.sinLat};
+    }
+
+private:
+    struct Row {
+        double sinLat, cosLat, normalM, centreM;
+    };
+    struct Column {
+        double sinLon, cosLon;
+    };
+    double _heightScaleM, _heightOffsetM;
+    std::vector<Row> _row;
+    std::vector<Column> _column;
+};
+
+} // namespace ig::terrain
