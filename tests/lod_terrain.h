@@ -77,7 +77,7 @@ inline Terrain makeTerrain(uint32_t cols, uint32_t rows, float roughness, uint32
             for (float& quarter : page->quarterErrorM) {
                 quarter = page->errorM * share(random);
             }
-            page->stitchedErrorM = 0.25F * page->errorM;
+            page->stitchedErrorM = 0.02F * page->errorM;
         }
     }
     for (size_t i = 0; i < terrain.pages.size(); ++i) {

@@ -114,6 +114,11 @@ ig::Result<config::Settings> settingsOf(const Arguments& arguments)
     if (auto checked = config::check(settings); !checked) {
         return ig::Unexpected{checked.error()};
     }
+    if (!settings.output.stats.empty()) {
+        if (auto writable = checkStatsPath(settings.output.stats); !writable) {
+            return ig::Unexpected{writable.error()};
+        }
+    }
     return settings;
 }
 

@@ -21,8 +21,7 @@ namespace {
 using data::postColumn;
 using data::postRow;
 
-constexpr size_t kBatchPages = 512;
-constexpr uint64_t kReleaseEvery = 4; // batches between two releases of the grid's memory
+constexpr size_t kBatchPages = 512; // and the grid they are made of is all that is kept in memory
 
 float roundedUp(double value)
 {
@@ -164,7 +163,7 @@ Result<void> Compiler::writePages(PartialFile& file)
     std::vector<Slot> slots(std::min(kBatchPages, _pages.size()));
     std::vector<PageMeasurer> measurers(workerCount(), PageMeasurer(_header.info.shape, _grid, _trig));
     std::vector<uint8_t> bytes;
-    for (size_t first = 0, batch = 0; first < _pages.size(); first += slots.size(), ++batch) {
+    for (size_t first = 0; first < _pages.size(); first += slots.size()) {
         if (_monitor.isCancelled())
             return interrupted();
         const size_t count = std::min(slots.size(), _pages.size() - first);
@@ -191,8 +190,7 @@ Result<void> Compiler::writePages(PartialFile& file)
         if (Result<void> written = file.write(_end, bytes); !written)
             return written;
         _end += bytes.size();
-        if (batch % kReleaseEvery == kReleaseEvery - 1)
-            _grid.release();
+        _grid.release();
         _monitor.report("compiling", static_cast<double>(first + count) / static_cast<double>(_pages.size()));
     }
     return {};

@@ -80,13 +80,25 @@ size_t Flood::mark(uint32_t c, uint32_t r)
     return count;
 }
 
+// Calls work(row number) for every row, keeping little of the grid in memory.
+template <class Work>
+void sweep(const GridStore& grid, const Work& work)
+{
+    constexpr uint32_t kReleaseRows = 1024;
+    for (uint32_t r = 0; r < grid.rows(); ++r) {
+        work(r);
+        if (r % kReleaseRows == kReleaseRows - 1)
+            grid.release();
+    }
+}
+
 uint64_t countVoids(const GridStore& grid)
 {
     uint64_t voids = 0;
-    for (uint32_t r = 0; r < grid.rows(); ++r) {
+    sweep(grid, [&](uint32_t r) {
         const auto row = grid.row(r);
         voids += static_cast<uint64_t>(std::count(row.begin(), row.end(), kVoidPost));
-    }
+    });
     return voids;
 }
 
@@ -106,6 +118,24 @@ uint64_t markBorder(const GridStore& grid, Flood& flood)
     return count;
 }
 
+// Fills the small voids that a row meets first. Returns the posts of the large ones, which it marks.
+uint64_t treatInner(GridStore& grid, Flood& flood, uint32_t r)
+{
+    uint64_t large = 0;
+    for (uint32_t c = 0; c < grid.cols(); ++c) {
+        if (!flood.isOpen(c, r))
+            continue;
+        const size_t count = flood.mark(c, r);
+        if (count > kSmallVoidPosts) {
+            large += count;
+            continue;
+        }
+        flood.unmark();
+        fillSmallVoid(grid, flood.posts());
+    }
+    return large;
+}
+
 } // namespace
 
 Result<GridBits> treatVoids(GridStore& grid, VoidRule rule, int16_t seaPost, const Monitor& monitor)
@@ -118,32 +148,22 @@ Result<GridBits> treatVoids(GridStore& grid, VoidRule rule, int16_t seaPost, con
 
     Flood flood(grid);
     uint64_t large = markBorder(grid, flood);
-    for (uint32_t r = 0; r < grid.rows(); ++r) {
-        if (r % 256 == 0) {
-            if (monitor.isCancelled())
-                return interrupted();
+    sweep(grid, [&](uint32_t r) {
+        if (r % 256 == 0)
             monitor.report("filling voids", static_cast<double>(r) / grid.rows());
-        }
-        for (uint32_t c = 0; c < grid.cols(); ++c) {
-            if (!flood.isOpen(c, r))
-                continue;
-            const size_t count = flood.mark(c, r);
-            if (count > kSmallVoidPosts) {
-                large += count;
-                continue;
-            }
-            flood.unmark();
-            fillSmallVoid(grid, flood.posts());
-        }
-    }
+        if (!monitor.isCancelled())
+            large += treatInner(grid, flood, r);
+    });
+    if (monitor.isCancelled())
+        return interrupted();
     if (large == 0)
         return GridBits{};
     if (rule != VoidRule::sea) {
         fillLargeVoids(grid, flood.marked());
         return rule == VoidRule::hole ? std::move(flood.marked()) : GridBits{};
     }
-    for (uint32_t r = 0; r < grid.rows(); ++r)
-        std::replace(grid.row(r).begin(), grid.row(r).end(), kVoidPost, seaPost);
+    sweep(grid,
+          [&](uint32_t r) { std::replace(grid.row(r).begin(), grid.row(r).end(), kVoidPost, seaPost); });
     return GridBits{};
 }
 
