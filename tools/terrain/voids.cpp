@@ -45,7 +45,7 @@ void Flood::pushRuns(uint32_t from, uint32_t to, uint32_t r)
 
 size_t Flood::mark(uint32_t c, uint32_t r)
 {
-    constexpr size_t kReleaseEvery = size_t{1} << 26;
+    constexpr size_t kReleaseEvery = size_t{1} << 22;
     size_t count = 0;
     size_t sinceRelease = 0;
     _posts.clear();
