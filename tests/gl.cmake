@@ -15,9 +15,6 @@ target_compile_definitions(test_gl PRIVATE
   EYEPOINT_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
   EYEPOINT_TEST_OUTPUT_DIR="${CMAKE_BINARY_DIR}/tests/pictures")
 target_link_libraries(test_gl PRIVATE ig::gl ig::out Catch2::Catch2 ig_flags)
-# Catch's use of <regex> draws a false warning from GCC 12 under sanitizers.
-set_source_files_properties(${gl_test_dir}/main.cpp PROPERTIES
-  COMPILE_OPTIONS $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 add_test(NAME test_gl COMMAND test_gl)
 set_tests_properties(test_gl PROPERTIES LABELS gl SKIP_RETURN_CODE 77 TIMEOUT 300)
 

@@ -102,9 +102,8 @@ layout(location = 0) out vec4 o_colour;
 void main()
 {
     float sine = dot(normalize(vec3(v_tangent, -1.0)), u_up); // of the elevation
-    vec3 above = mix(kZenithColour, kHazeColour, exp2(-5.0 * max(sine, 0.0)));
-    float below = 1.0 - 0.22 * smoothstep(0.0, 0.7, -sine);
-    o_colour = vec4(above * below, 0.0);
+    // Below the horizon all is haze: what lies beyond the terrain's edge must not stand out behind it.
+    o_colour = vec4(mix(kZenithColour, kHazeColour, exp2(-5.0 * max(sine, 0.0))), 0.0);
 }
 )";
 

@@ -50,6 +50,14 @@ struct Runner {
     std::vector<std::byte> picture;
     uint32_t overBudget = 0;
 
+    void flyRound(const Geodetic& middle, const Options& options)
+    {
+        bench::FlightPlan plan;
+        plan.speedMs = options.speedMs;
+        plan.heightAboveGroundM = options.heightM;
+        flight = std::make_unique<bench::Flight>(*ground, plan, middle);
+    }
+
     app::FrameStats frame(const ViewState& view)
     {
         app::FrameStats stats;
@@ -97,10 +105,7 @@ Result<std::unique_ptr<Runner>> makeRunner(const std::string& path, const Option
     runner->engine =
         std::make_unique<app::TerrainEngine>(std::move(*dataset), settings, *runner->renderer, log);
     runner->ground = std::make_unique<data::Dataset>(std::move(*ground));
-    bench::FlightPlan plan;
-    plan.speedMs = options.speedMs;
-    plan.heightAboveGroundM = options.heightM;
-    runner->flight = std::make_unique<bench::Flight>(*runner->ground, plan);
+    runner->flyRound(bench::middleOf(runner->ground->info()), options);
     runner->picture.resize(static_cast<size_t>(options.width) * static_cast<size_t>(options.height) * 4);
     if (auto loaded = runner->engine->preload(runner->flight->view(0, options.width, options.height));
         !loaded) {
@@ -191,6 +196,10 @@ Json measureStatic(Runner& runner, const Options& options, const gl::Context& co
 
 Json measureSize(Runner& large, Runner& small, const Options& options)
 {
+    // The same ground under both.
+    const Geodetic middle = bench::middleOf(small.ground->info());
+    large.flyRound(middle, options);
+    small.flyRound(middle, options);
     std::vector<double> ratios, largeMs, smallMs;
     for (int i = 0; i < options.frames; ++i) {
         const double timeS = i / 60.0;

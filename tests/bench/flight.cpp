@@ -56,16 +56,23 @@ double Ground::heightM(double latitudeRad, double longitudeRad)
     return (1 - v) * top + v * bottom;
 }
 
-Flight::Flight(const data::Dataset& dataset, const FlightPlan& plan)
-    : _dataset(dataset), _plan(plan), _ground(dataset)
+Geodetic middleOf(const data::DatasetInfo& dataset)
+{
+    const lod::TerrainShape& shape = dataset.shape;
+    return {shape.northRad - 0.5 * shape.latitudeStepRad * (shape.rows - 1),
+            shape.westRad + 0.5 * shape.longitudeStepRad * (shape.cols - 1), 0};
+}
+
+Flight::Flight(const data::Dataset& dataset, const FlightPlan& plan, const Geodetic& middle)
+    : _dataset(dataset), _plan(plan), _middle(middle), _ground(dataset)
 {
 }
 
 ViewState Flight::view(double timeS, int widthPx, int heightPx)
 {
     const lod::TerrainShape& shape = _dataset.info().shape;
-    const double midLat = shape.northRad - 0.5 * shape.latitudeStepRad * (shape.rows - 1);
-    const double midLon = shape.westRad + 0.5 * shape.longitudeStepRad * (shape.cols - 1);
+    const double midLat = _middle.latitudeRad;
+    const double midLon = _middle.longitudeRad;
     const double radius = shape.ellipsoid.semiMajorM;
     // Right circle, then left circle, from the middle, heading north.
     const double turn = std::fmod(_plan.speedMs * timeS / _plan.circleM, 4 * kPi);

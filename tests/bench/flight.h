@@ -31,15 +31,19 @@ struct FlightPlan {
     double pitchRad = -0.10;
 };
 
-// A figure of eight round the middle of the grid, banked in the turns, following the ground.
+// The middle of a dataset's grid.
+ig::Geodetic middleOf(const ig::data::DatasetInfo& dataset);
+
+// A figure of eight round a place, banked in the turns, following the ground.
 class Flight {
 public:
-    Flight(const ig::data::Dataset& dataset, const FlightPlan& plan);
+    Flight(const ig::data::Dataset& dataset, const FlightPlan& plan, const ig::Geodetic& middle);
     ig::ViewState view(double timeS, int widthPx, int heightPx);
 
 private:
     const ig::data::Dataset& _dataset;
     FlightPlan _plan;
+    ig::Geodetic _middle;
     Ground _ground;
     double _heightM = 0; // smoothed
     double _lastS = -1;

@@ -30,6 +30,8 @@ Result<GridStore> GridStore::create(uint32_t cols, uint32_t rows, const std::str
     if (posts == MAP_FAILED)
         return fail(ErrorKind::failed, folder + ": cannot reserve " + std::to_string(bytes >> 20) +
                                            " MiB of temporary space: " + std::strerror(problem));
+    // A post here and there, as coarse pages read them, must not bring 2 MiB each into memory.
+    ::madvise(posts, bytes, MADV_NOHUGEPAGE);
     return GridStore(cols, rows, static_cast<int16_t*>(posts));
 }
 

@@ -111,10 +111,10 @@ uint64_t markBorder(const GridStore& grid, Flood& flood)
         markFrom(c, 0);
         markFrom(c, grid.rows() - 1);
     }
-    for (uint32_t r = 0; r < grid.rows(); ++r) {
+    sweep(grid, [&](uint32_t r) {
         markFrom(0, r);
         markFrom(grid.cols() - 1, r);
-    }
+    });
     return count;
 }
 
