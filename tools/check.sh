@@ -45,6 +45,12 @@ for name in fuzz_cigi33 fuzz_session; do
   rm -rf "$found"
 done
 
+step "demo: two seconds over a small terrain"
+demo=$(mktemp -d)
+OUT=$demo WERROR=ON SIZE=1025 SECONDS_TO_FLY=2 PORT=18123 tools/demo.sh
+test -s "$demo/index.html"
+rm -rf "$demo"
+
 step "package: an outside project finds and links the host interface"
 prefix=$(mktemp -d)
 trap 'rm -rf "$prefix"' EXIT

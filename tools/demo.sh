@@ -6,7 +6,7 @@
 #   tools/demo.sh                  synthetic terrain
 #   tools/demo.sh DEM [DEM...]     any rasters that GDAL reads
 # Environment: OUT (demo), RATE (30 Hz), SECONDS_TO_FLY (10), SIZE (synthetic posts a side, 4097),
-# TERRAIN_OPTIONS (more options for eyepoint-terrain build, e.g. "--voids hole").
+# PORT (8000), TERRAIN_OPTIONS (more options for eyepoint-terrain build, e.g. "--voids hole").
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$PWD
@@ -14,6 +14,7 @@ out=${OUT:-demo}
 rate=${RATE:-30}
 seconds=${SECONDS_TO_FLY:-10}
 size=${SIZE:-4097}
+port=${PORT:-8000}
 sources=()
 for source in "$@"; do
   [ -e "$source" ] || source=$OLDPWD/$source
@@ -22,7 +23,7 @@ done
 
 tools/install_packages.sh
 echo "building" >&2
-cmake --preset release -DEYEPOINT_TESTS=OFF >/dev/null
+cmake --preset release -DEYEPOINT_TESTS=OFF -DCMAKE_COMPILE_WARNING_AS_ERROR=${WERROR:-OFF} >/dev/null
 cmake --build --preset release --parallel "${JOBS:-$(nproc)}" >&2
 bin=$root/build/release/bin
 
@@ -45,11 +46,11 @@ orbit=$(awk -v n="$(field north_deg)" -v s="$(field south_deg)" -v w="$(field we
   printf "%.6f,%.6f,%.1f,%.1f", (n + s) / 2, (w + e) / 2, top + 0.02 * radius + 100, radius }')
 
 echo "flying $seconds s at $rate Hz round $orbit" >&2
-"$bin/eyepoint-ig" --terrain "$out/terrain.ept" --listen 127.0.0.1:8000 --set "view.rate_hz=$rate" \
+"$bin/eyepoint-ig" --terrain "$out/terrain.ept" --listen 127.0.0.1:$port --set "view.rate_hz=$rate" \
   --sink "png:$out/frames" --sink "y4m:$out/flight.y4m" --stats "$out/ig.json" &
 ig=$!
 trap 'kill "$ig" 2>/dev/null || true' EXIT
-"$bin/eyepoint-host" --target 127.0.0.1:8000 --orbit "$orbit" --rate "$rate" --duration "$seconds" --view-pitch -8 \
+"$bin/eyepoint-host" --target 127.0.0.1:$port --orbit "$orbit" --rate "$rate" --duration "$seconds" --view-pitch -8 \
   --json >"$out/host.json" || { echo "the host reports a failure:" >&2; cat "$out/host.json" >&2; exit 1; }
 kill -TERM "$ig"
 wait "$ig"
@@ -62,7 +63,8 @@ if command -v ffmpeg >/dev/null && ffmpeg -v error -y -i "$out/flight.y4m" -pix_
 fi
 tools/demo_page.sh "$out" "$video"
 echo
-echo "look at    $root/$out/index.html"
-echo "frames     $root/$out/frames"
-echo "video      $root/$out/$video"
-echo "figures    $root/$out/ig.json and $root/$out/host.json"
+where=$(cd "$out" && pwd)
+echo "look at    $where/index.html"
+echo "frames     $where/frames"
+echo "video      $where/$video"
+echo "figures    $where/ig.json and $where/host.json"
