@@ -347,6 +347,51 @@ TEST_CASE("what a host sends over UDP becomes the view, and the answer carries i
     }
 }
 
+TEST_CASE("a host that asks for what is not drawn is told so, once")
+{
+    config::Settings settings;
+    settings.host.listen = "127.0.0.1:0";
+    CollectedLog log;
+    auto link = app::HostLink::open(settings, log);
+    REQUIRE(link);
+    auto host = hostif::UdpSocket::open(*hostif::parseAddress("127.0.0.1:0"));
+    REQUIRE(host);
+    scene::World world(kWgs84, {});
+    const size_t before = log.lines.size();
+    for (uint32_t frame = 1; frame <= 3; ++frame) {
+        hostif::IgControl control;
+        control.mode = hostif::IgMode::operate;
+        control.hostFrameNumber = frame;
+        hostif::ViewDefinition other;
+        other.viewId = 7;
+        other.mirror = hostif::Mirror::horizontal;
+        hostif::EntityControl orphan;
+        orphan.state = hostif::EntityState::active;
+        orphan.attached = true;
+        orphan.entityId = 5;
+        orphan.parentId = 99;
+        std::vector<std::byte> bytes;
+        hostif::cigi33::append(bytes, hostif::ByteOrder::little, control);
+        hostif::cigi33::append(bytes, hostif::ByteOrder::little, hostif::HostMessage{other});
+        hostif::cigi33::append(bytes, hostif::ByteOrder::little, hostif::HostMessage{orphan});
+        host->send(bytes, link->local());
+        const double nowS = static_cast<double>(app::steadyNs()) * 1e-9 + 1.0;
+        link->receive(world, nowS);
+        for (int i = 0; i < 1000 && !link->newestArrivalS(); ++i) {
+            link->receive(world, nowS);
+        }
+        REQUIRE(link->newestArrivalS());
+    }
+    CHECK(link->refusedByWorld() == 3);
+    const auto said = [&](const char* words) {
+        return std::count_if(log.lines.begin() + static_cast<std::ptrdiff_t>(before), log.lines.end(),
+                             [&](const std::string& line) { return line.find(words) != std::string::npos; });
+    };
+    CHECK(said("view.id") == 1);
+    CHECK(said("mirrored") == 1);
+    CHECK(said("unknown parent") == 1);
+}
+
 TEST_CASE("a port that is taken is said so, with the key to change")
 {
     config::Settings settings;

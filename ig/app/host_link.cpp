@@ -109,11 +109,12 @@ Result<HostLink> HostLink::open(const config::Settings& settings, LogSink& log)
     if (!socket) {
         return inKey("host.listen", socket.error());
     }
-    return HostLink(std::move(*socket), options, log);
+    return HostLink(std::move(*socket), options, static_cast<uint16_t>(settings.view.id), log);
 }
 
-HostLink::HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options, LogSink& log)
-    : _socket(std::move(socket)), _session(options, &log), _log(&log)
+HostLink::HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options, uint16_t drawnView,
+                   LogSink& log)
+    : _socket(std::move(socket)), _session(options, &log), _log(&log), _drawnView(drawnView)
 {
 }
 
@@ -128,12 +129,37 @@ void HostLink::receive(scene::World& world, double nowS)
         if (const auto* frame = std::get_if<hostif::HostFrame>(&event)) {
             _newestArrivalS = frame->arrivalS;
         }
-        if (std::visit(ToWorld{world}, event) != scene::Applied::yes && _refused++ == 0) {
-            _log->write(
-                LogLevel::warning,
-                "the host asks for what cannot be (unknown parent entity, too many entities or views, or an "
-                "impossible view); such packets are ignored and counted");
+        noteView(event);
+        if (std::visit(ToWorld{world}, event) != scene::Applied::yes) {
+            ++_refused;
+            noteOnce(_notedRefusal, LogLevel::warning,
+                     "the host asks for what cannot be (unknown parent entity, too many entities or views, or "
+                     "an impossible view); such packets are ignored and counted");
         }
+    }
+}
+
+void HostLink::noteOnce(bool& noted, LogLevel level, const char* line)
+{
+    if (!noted) {
+        noted = true;
+        _log->write(level, line);
+    }
+}
+
+// What a host may wonder about when the picture is not what it asked for.
+void HostLink::noteView(const hostif::SessionEvent& event)
+{
+    const auto* placement = std::get_if<hostif::ViewControl>(&event);
+    const auto* shape = std::get_if<hostif::ViewDefinition>(&event);
+    if ((placement != nullptr && placement->groupId == 0 && placement->viewId != _drawnView) ||
+        (shape != nullptr && shape->viewId != _drawnView)) {
+        noteOnce(_notedOtherView, LogLevel::warning,
+                 "the host controls a view that this image generator does not draw; set view.id to its number");
+    }
+    if (shape != nullptr && (shape->orthographic || shape->mirror != hostif::Mirror::none)) {
+        noteOnce(_notedUnsupported, LogLevel::warning,
+                 "the host asks for an orthographic or mirrored view; it is drawn in perspective, not mirrored");
     }
 }
 

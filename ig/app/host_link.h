@@ -36,11 +36,16 @@ public:
     const hostif::Address& local() const noexcept { return _socket.local(); }
 
 private:
-    HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options, LogSink& log);
+    HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options, uint16_t drawnView, LogSink& log);
+
+    void noteOnce(bool& noted, LogLevel level, const char* line);
+    void noteView(const hostif::SessionEvent& event);
 
     hostif::UdpSocket _socket;
     hostif::Session _session;
     LogSink* _log;
+    uint16_t _drawnView;
+    bool _notedRefusal = false, _notedOtherView = false, _notedUnsupported = false;
     std::optional<double> _newestArrivalS;
     uint64_t _refused = 0;
 };

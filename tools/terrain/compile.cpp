@@ -21,7 +21,11 @@ namespace {
 using data::postColumn;
 using data::postRow;
 
-constexpr size_t kBatchPages = 512; // and the grid they are made of is all that is kept in memory
+// Pages made between two writes; also what the grid's memory is kept for. Coarse ones reach over so much of
+// it that they go in small batches.
+constexpr size_t kBatchPages = 512;
+constexpr size_t kCoarseBatchPages = 16;
+constexpr int kFineDepths = 2;
 
 float roundedUp(double value)
 {
@@ -163,10 +167,11 @@ Result<void> Compiler::writePages(PartialFile& file)
     std::vector<Slot> slots(std::min(kBatchPages, _pages.size()));
     std::vector<PageMeasurer> measurers(workerCount(), PageMeasurer(_header.info.shape, _grid, _trig));
     std::vector<uint8_t> bytes;
-    for (size_t first = 0; first < _pages.size(); first += slots.size()) {
+    for (size_t first = 0, count = 0; first < _pages.size(); first += count) {
         if (_monitor.isCancelled())
             return interrupted();
-        const size_t count = std::min(slots.size(), _pages.size() - first);
+        const bool isFine = _pages[first].depth > _header.info.shape.deepestPage - kFineDepths;
+        count = std::min(isFine ? kBatchPages : kCoarseBatchPages, _pages.size() - first);
         parallelFor(count, [&](size_t i, unsigned worker) {
             const lod::PageNode& node = _pages[first + i];
             Slot& slot = slots[i];
