@@ -16,7 +16,10 @@ namespace test {
 
 using Post = std::array<int, 2>; // column, row of the full grid
 
-inline int spacing(int col, int row) { return (col | row) & -(col | row); }
+inline int spacing(int col, int row)
+{
+    return (col | row) & -(col | row);
+}
 
 // Ends of the edge that a vertex splits, then its apexes (one may lie outside the grid).
 inline std::array<Post, 4> splitOf(int col, int row)
@@ -25,22 +28,22 @@ inline std::array<Post, 4> splitOf(int col, int row)
     const bool oddCol = (col / s) % 2 != 0;
     const bool oddRow = (row / s) % 2 != 0;
     if (oddCol && oddRow) {
-        const Post corner = { ((col - s) / (2 * s)) % 2 != 0 ? col - s : col + s,
-            ((row - s) / (2 * s)) % 2 != 0 ? row - s : row + s };
-        const Post opposite = { 2 * col - corner[0], 2 * row - corner[1] };
-        return { corner, opposite, Post { corner[0], opposite[1] }, Post { opposite[0], corner[1] } };
+        const Post corner = {((col - s) / (2 * s)) % 2 != 0 ? col - s : col + s,
+                             ((row - s) / (2 * s)) % 2 != 0 ? row - s : row + s};
+        const Post opposite = {2 * col - corner[0], 2 * row - corner[1]};
+        return {corner, opposite, Post{corner[0], opposite[1]}, Post{opposite[0], corner[1]}};
     }
     if (oddCol) {
-        return { Post { col - s, row }, Post { col + s, row }, Post { col, row - s }, Post { col, row + s } };
+        return {Post{col - s, row}, Post{col + s, row}, Post{col, row - s}, Post{col, row + s}};
     }
-    return { Post { col, row - s }, Post { col, row + s }, Post { col - s, row }, Post { col + s, row } };
+    return {Post{col, row - s}, Post{col, row + s}, Post{col - s, row}, Post{col + s, row}};
 }
 
 struct TreeTerrain : Terrain {
     std::vector<ig::lod::BintreePage> vertices; // by slot
-    std::vector<int16_t> height; // (N + 1)^2, padding repeated; decimetres
+    std::vector<int16_t> height;                // (N + 1)^2, padding repeated; decimetres
     std::vector<uint8_t> errorCode, radiusCode; // (N + 1)^2
-    int size = 0; // N
+    int size = 0;                               // N
 
     size_t at(int col, int row) const { return static_cast<size_t>(row * (size + 1) + col); }
     glm::dvec3 position(int col, int row) const
@@ -55,8 +58,8 @@ struct TreeTerrain : Terrain {
     {
         for (const Post& corner : splitOf(col, row)) {
             const bool exists = corner[0] >= 0 && corner[1] >= 0 && corner[0] <= size && corner[1] <= size;
-            if (exists
-                && (corner[0] >= static_cast<int>(shape.cols) || corner[1] >= static_cast<int>(shape.rows))) {
+            if (exists &&
+                (corner[0] >= static_cast<int>(shape.cols) || corner[1] >= static_cast<int>(shape.rows))) {
                 return true;
             }
         }
@@ -74,8 +77,8 @@ struct TreeTerrain : Terrain {
         }
         const double delta = decodeM(errorCode[at(col, row)]);
         const double r = decodeM(radiusCode[at(col, row)]);
-        const double far = (morph.reach * delta + r - glm::length(position(col, row) - eye))
-            / (kMorphBand * morph.reach * delta);
+        const double far = (morph.reach * delta + r - glm::length(position(col, row) - eye)) /
+                           (kMorphBand * morph.reach * delta);
         const double cut = (delta - morph.cutM) / (kMorphBand * delta);
         return std::clamp(std::min(far, cut), 0.0, 1.0);
     }
@@ -83,27 +86,30 @@ struct TreeTerrain : Terrain {
 
 // Largest distance of the posts inside a triangle of the (clamped) grid from that triangle with the given
 // corner places in space.
-inline double deviation(const TreeTerrain& t, const std::array<Post, 3>& posts, const std::array<glm::dvec3, 3>& places,
-    const std::function<void(const glm::dvec3& truth, const glm::dvec3& drawn)>& each = nullptr)
+inline double
+deviation(const TreeTerrain& t, const std::array<Post, 3>& posts, const std::array<glm::dvec3, 3>& places,
+          const std::function<void(const glm::dvec3& truth, const glm::dvec3& drawn)>& each = nullptr)
 {
     const int lastCol = static_cast<int>(t.shape.cols) - 1;
     const int lastRow = static_cast<int>(t.shape.rows) - 1;
-    std::array<std::array<double, 2>, 3> c {};
+    std::array<std::array<double, 2>, 3> c{};
     for (size_t k = 0; k < 3; ++k) {
-        c[k] = { static_cast<double>(std::min(posts[k][0], lastCol)),
-            static_cast<double>(std::min(posts[k][1], lastRow)) };
+        c[k] = {static_cast<double>(std::min(posts[k][0], lastCol)),
+                static_cast<double>(std::min(posts[k][1], lastRow))};
     }
     const double area = (c[1][0] - c[0][0]) * (c[2][1] - c[0][1]) - (c[2][0] - c[0][0]) * (c[1][1] - c[0][1]);
     if (area == 0.0) {
         return 0.0;
     }
     double worst = 0;
-    const auto [west, east] = std::minmax({ c[0][0], c[1][0], c[2][0] });
-    const auto [north, south] = std::minmax({ c[0][1], c[1][1], c[2][1] });
+    const auto [west, east] = std::minmax({c[0][0], c[1][0], c[2][0]});
+    const auto [north, south] = std::minmax({c[0][1], c[1][1], c[2][1]});
     for (int row = static_cast<int>(north); row <= static_cast<int>(south); ++row) {
         for (int col = static_cast<int>(west); col <= static_cast<int>(east); ++col) {
-            const double u = ((col - c[0][0]) * (c[2][1] - c[0][1]) - (c[2][0] - c[0][0]) * (row - c[0][1])) / area;
-            const double v = ((c[1][0] - c[0][0]) * (row - c[0][1]) - (col - c[0][0]) * (c[1][1] - c[0][1])) / area;
+            const double u =
+                ((col - c[0][0]) * (c[2][1] - c[0][1]) - (c[2][0] - c[0][0]) * (row - c[0][1])) / area;
+            const double v =
+                ((c[1][0] - c[0][0]) * (row - c[0][1]) - (col - c[0][0]) * (c[1][1] - c[0][1])) / area;
             if (u < -1e-12 || v < -1e-12 || u + v > 1 + 1e-12) {
                 continue;
             }
@@ -127,7 +133,7 @@ inline void computeCodes(TreeTerrain& t)
     const auto inside = [n](const Post& p) { return p[0] >= 0 && p[1] >= 0 && p[0] <= n && p[1] <= n; };
     // Fine to coarse: at each spacing the edges before the centres, children before parents.
     for (int s = 1; s <= n / 2; s *= 2) {
-        for (const bool centres : { false, true }) {
+        for (const bool centres : {false, true}) {
             for (int row = 0; row <= n; row += s) {
                 for (int col = 0; col <= n; col += s) {
                     if (spacing(col, row) != s || ((col / s) % 2 != 0 && (row / s) % 2 != 0) != centres) {
@@ -135,19 +141,19 @@ inline void computeCodes(TreeTerrain& t)
                     }
                     const auto split = splitOf(col, row);
                     double error = 0;
-                    for (const Post& apex : { split[2], split[3] }) {
+                    for (const Post& apex : {split[2], split[3]}) {
                         if (inside(apex)) {
-                            const std::array<Post, 3> posts { split[0], split[1], apex };
-                            error = std::max(error,
-                                deviation(t, posts,
-                                    { t.position(split[0][0], split[0][1]), t.position(split[1][0], split[1][1]),
-                                        t.position(apex[0], apex[1]) }));
+                            const std::array<Post, 3> posts{split[0], split[1], apex};
+                            error = std::max(error, deviation(t, posts,
+                                                              {t.position(split[0][0], split[0][1]),
+                                                               t.position(split[1][0], split[1][1]),
+                                                               t.position(apex[0], apex[1])}));
                         }
                     }
                     uint8_t& code = t.errorCode[t.at(col, row)];
                     code = std::max(code, encodeUpM(error));
                     uint8_t& radius = t.radiusCode[t.at(col, row)];
-                    for (const Post& apex : { split[2], split[3] }) {
+                    for (const Post& apex : {split[2], split[3]}) {
                         if (!inside(apex)) {
                             continue;
                         }
@@ -155,8 +161,8 @@ inline void computeCodes(TreeTerrain& t)
                             uint8_t& parent = t.errorCode[t.at(apex[0], apex[1])];
                             parent = std::max(parent, static_cast<uint8_t>(std::min(255, code + 1)));
                         }
-                        const double reach = decodeM(radius) + 0.001
-                            + glm::length(t.position(col, row) - t.position(apex[0], apex[1]));
+                        const double reach = decodeM(radius) + 0.001 +
+                                             glm::length(t.position(col, row) - t.position(apex[0], apex[1]));
                         uint8_t& parentRadius = t.radiusCode[t.at(apex[0], apex[1])];
                         parentRadius = std::max(parentRadius, encodeUpM(reach));
                     }
@@ -165,8 +171,8 @@ inline void computeCodes(TreeTerrain& t)
         }
     }
     // The grid's corners are always there.
-    for (const int row : { 0, n }) {
-        for (const int col : { 0, n }) {
+    for (const int row : {0, n}) {
+        for (const int col : {0, n}) {
             t.errorCode[t.at(col, row)] = 0;
             t.radiusCode[t.at(col, row)] = 0;
         }
@@ -197,7 +203,7 @@ inline TreeTerrain makeTree(uint32_t cols, uint32_t rows, const std::function<do
         for (int row = 0; row < ig::lod::kPagePosts; ++row) {
             for (int col = 0; col < ig::lod::kPagePosts; ++col) {
                 const size_t i = t.at((static_cast<int>(node.x) * 64 + col) * step,
-                    (static_cast<int>(node.y) * 64 + row) * step);
+                                      (static_cast<int>(node.y) * 64 + row) * step);
                 height.push_back(t.height[i]);
                 error.push_back(t.errorCode[i]);
                 radius.push_back(t.radiusCode[i]);
@@ -205,9 +211,9 @@ inline TreeTerrain makeTree(uint32_t cols, uint32_t rows, const std::function<do
         }
         for (int row = 0; row <= 64 * step; ++row) {
             for (int col = 0; col <= 64 * step; ++col) {
-                const float h = 0.1F
-                    * static_cast<float>(t.height[t.at(static_cast<int>(node.x) * 64 * step + col,
-                        static_cast<int>(node.y) * 64 * step + row)]);
+                const float h =
+                    0.1F * static_cast<float>(t.height[t.at(static_cast<int>(node.x) * 64 * step + col,
+                                                            static_cast<int>(node.y) * 64 * step + row)]);
                 node.minHeightM = std::min(node.minHeightM, h - 0.1F);
                 node.maxHeightM = std::max(node.maxHeightM, h + 0.1F);
             }
@@ -225,11 +231,11 @@ inline std::vector<std::array<Post, 3>> trianglesOf(const TreeTerrain& t, const 
         const ig::lod::PageNode& node = t.pages[pageList.page];
         const int step = 1 << (t.shape.deepestPage - node.depth);
         for (uint32_t i = pageList.first; i < pageList.first + pageList.count; i += 3) {
-            std::array<Post, 3> posts {};
+            std::array<Post, 3> posts{};
             for (size_t k = 0; k < 3; ++k) {
                 const int post = list.indices[i + k];
-                posts[k] = { (static_cast<int>(node.x) * 64 + post % ig::lod::kPagePosts) * step,
-                    (static_cast<int>(node.y) * 64 + post / ig::lod::kPagePosts) * step };
+                posts[k] = {(static_cast<int>(node.x) * 64 + post % ig::lod::kPagePosts) * step,
+                            (static_cast<int>(node.y) * 64 + post / ig::lod::kPagePosts) * step};
             }
             triangles.push_back(posts);
         }
@@ -246,8 +252,8 @@ inline glm::dvec3 drawnPlace(const TreeTerrain& t, const Post& p, const glm::dve
         return own;
     }
     const auto split = splitOf(p[0], p[1]);
-    const glm::dvec3 middle
-        = 0.5 * (t.position(split[0][0], split[0][1]) + t.position(split[1][0], split[1][1]));
+    const glm::dvec3 middle =
+        0.5 * (t.position(split[0][0], split[0][1]) + t.position(split[1][0], split[1][1]));
     return middle * (1 - w) + own * w;
 }
 

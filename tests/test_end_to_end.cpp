@@ -220,6 +220,22 @@ TEST_CASE("without a driver the image generator says what is missing and ends wi
     CHECK_THAT(said, Catch::Contains("libgl1-mesa-dri"));
 }
 
+TEST_CASE("the benchmark of whole frames draws the same pixels as its static yardstick, within the budget")
+{
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    Process bench({"eyepoint-bench", "--terrain", terrain, "--small", terrain, "--frames", "15", "--seconds",
+                   "0.3", "--width", "320", "--height", "180", "--budget", "8000"},
+                  dir.file("out"), dir.file("err"));
+    REQUIRE(bench.wait(120) == 0);
+    const auto report = nlohmann::json::parse(readFile(dir.file("out")));
+    CHECK(report["static"]["frames_with_other_pixels"] == 0);
+    CHECK(report["frames_over_budget"] == 0);
+    CHECK(report["pace"]["frames"].get<int>() > 0);
+    CHECK(report["size"]["ratio_p50"].get<double>() > 0);
+    CHECK(report["machine"]["one_thread_p99_over_mean"].get<double>() >= 1);
+}
+
 TEST_CASE("a host that nobody answers says so and ends with 1")
 {
     const test::TempDir dir;

@@ -36,7 +36,8 @@ public:
     const hostif::Address& local() const noexcept { return _socket.local(); }
 
 private:
-    HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options, uint16_t drawnView, LogSink& log);
+    HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options, uint16_t drawnView,
+             LogSink& log);
 
     void noteOnce(bool& noted, LogLevel level, const char* line);
     void noteView(const hostif::SessionEvent& event);

@@ -6,7 +6,6 @@
 #include "ig/app/steady_clock.h"
 
 #include <CLI/CLI.hpp>
-
 #include <unistd.h>
 
 #include <atomic>
@@ -77,9 +76,8 @@ ig::Result<void> checkStatsPath(const std::string& path)
 {
     const auto directory = std::filesystem::absolute(path).parent_path();
     if (access(directory.c_str(), W_OK | X_OK) != 0) {
-        return ig::fail(ig::ErrorKind::usage,
-            "cannot write " + path + " (--stats, output.stats): " + directory.string() + ": "
-                + std::strerror(errno));
+        return ig::fail(ig::ErrorKind::usage, "cannot write " + path + " (--stats, output.stats): " +
+                                                  directory.string() + ": " + std::strerror(errno));
     }
     return {};
 }

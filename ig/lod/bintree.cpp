@@ -32,18 +32,16 @@ constexpr int kHalf = kPageIntervals / 2;
 struct BintreeSelector::PageRefinement {
     const PageNode& node;
     const BintreePage& vertices;
-    double texelM = 0; // between posts
-    std::array<bool, 4> resident {}; // children
-    std::array<bool, 4> takesAll {}; // children that draw all triangles inside them, for their texture
+    double texelM = 0;              // between posts
+    std::array<bool, 4> resident{}; // children
+    std::array<bool, 4> takesAll{}; // children that draw all triangles inside them, for their texture
     uint32_t evaluated = 0;
     double worstPx = 0;
 };
 
-BintreeSelector::BintreeSelector(
-    const TerrainShape& shape, std::span<const PageNode> pages, const BintreeSettings& settings)
-    : _shape(shape)
-    , _pages(pages)
-    , _settings(settings)
+BintreeSelector::BintreeSelector(const TerrainShape& shape, std::span<const PageNode> pages,
+                                 const BintreeSettings& settings)
+    : _shape(shape), _pages(pages), _settings(settings)
 {
     assert(settings.triangleBudget >= kSmallestTreeBudget);
     for (size_t code = 0; code < _codeM.size(); ++code) {
@@ -52,7 +50,7 @@ BintreeSelector::BintreeSelector(
     const size_t budget = settings.triangleBudget;
     _stack.reserve(4 * kPageIntervals);
     for (auto& triangles : _forChild) {
-        triangles.reserve(std::min<size_t>(budget, size_t { kPageIntervals } * kPageIntervals / 2) + 2);
+        triangles.reserve(std::min<size_t>(budget, size_t{kPageIntervals} * kPageIntervals / 2) + 2);
     }
     _pending.reserve(budget + 4 * kPageIntervals);
     _tasks.reserve(std::min(budget, pages.size()) + 1);
@@ -63,7 +61,7 @@ BintreeSelector::BintreeSelector(
 
 BintreeSelector::Limits BintreeSelector::limitsFor(double reach, double nearM) const noexcept
 {
-    Limits limits {};
+    Limits limits{};
     limits.reach = reach;
     // What is nearer than the near plane is not drawn, so an error below this is within tau anywhere.
     limits.cutM = reach > 0.0 ? nearM / reach : std::numeric_limits<double>::infinity();
@@ -76,13 +74,13 @@ BintreeSelector::Limits BintreeSelector::limitsFor(double reach, double nearM) c
 }
 
 void BintreeSelector::select(const ViewState& view, std::span<const int32_t> slotOfPage,
-    std::span<const BintreePage> vertices, DrawList& out)
+                             std::span<const BintreePage> vertices, DrawList& out)
 {
     out.items.clear();
     out.lists.clear();
     out.lists.reserve(_tasks.capacity());
     out.indices.clear();
-    out.indices.reserve(size_t { 3 } * _settings.triangleBudget);
+    out.indices.reserve(size_t{3} * _settings.triangleBudget);
     out.usedPages.clear();
     out.usedPages.reserve(_tasks.capacity() * 4);
     out.wantedPages.clear();
@@ -94,7 +92,7 @@ void BintreeSelector::select(const ViewState& view, std::span<const int32_t> slo
     }
     _alpha = pixelsPerRadian(view);
     _planes = frustumPlanes(view);
-    Frame frame { view, slotOfPage, vertices, Visibility(view, _shape.ellipsoid, _pages[0].minHeightM), out };
+    Frame frame{view, slotOfPage, vertices, Visibility(view, _shape.ellipsoid, _pages[0].minHeightM), out};
     solve(frame);
     listWanted(out);
     std::sort(out.lists.begin(), out.lists.end(), [](const PageList& a, const PageList& b) {
@@ -102,8 +100,8 @@ void BintreeSelector::select(const ViewState& view, std::span<const int32_t> slo
     });
 }
 
-// Refines with the last frame's tau; with a larger one if that is too much, with smaller ones if it is far too
-// little. Leaves the refinement that is drawn in frame.out.
+// Refines with the last frame's tau; with a larger one if that is too much, with smaller ones if it is far
+// too little. Leaves the refinement that is drawn in frame.out.
 void BintreeSelector::solve(Frame& frame)
 {
     const uint32_t budget = _settings.triangleBudget;
@@ -133,10 +131,11 @@ void BintreeSelector::solve(Frame& frame)
         evaluated += frame.out.stats.verticesEvaluated;
     }
     frame.out.stats.verticesEvaluated = evaluated;
-    frame.out.stats.tauPx
-        = fits > 0.0 ? static_cast<float>(_alpha / fits) : std::numeric_limits<float>::max();
-    frame.out.morph = { static_cast<float>(fits),
-        fits > 0.0 ? static_cast<float>(frame.view.frustum.nearM / fits) : std::numeric_limits<float>::max() };
+    frame.out.stats.tauPx =
+        fits > 0.0 ? static_cast<float>(_alpha / fits) : std::numeric_limits<float>::max();
+    frame.out.morph = {static_cast<float>(fits), fits > 0.0
+                                                     ? static_cast<float>(frame.view.frustum.nearM / fits)
+                                                     : std::numeric_limits<float>::max()};
     _reach = frame.out.stats.triangles < kSlackShare * budget ? std::min(finest, fits * kReachGrowth) : fits;
 }
 
@@ -153,10 +152,10 @@ bool BintreeSelector::refine(Frame& frame, const Limits& limits)
     _missing.clear();
     constexpr uint8_t kEnd = kPageIntervals;
     // The grid's corners are always settled.
-    _pending.push_back({ { kEnd, 0 }, { 0, 0 }, { kEnd, kEnd }, Visibility::kAllPlanes, true });
-    _pending.push_back({ { 0, kEnd }, { kEnd, kEnd }, { 0, 0 }, Visibility::kAllPlanes, true });
+    _pending.push_back({{kEnd, 0}, {0, 0}, {kEnd, kEnd}, Visibility::kAllPlanes, true});
+    _pending.push_back({{0, kEnd}, {kEnd, kEnd}, {0, 0}, Visibility::kAllPlanes, true});
     _outstanding = _pending.size();
-    _tasks.push_back({ 0, 0, 2 });
+    _tasks.push_back({0, 0, 2});
     for (size_t i = 0; i < _tasks.size(); ++i) {
         if (!refinePage(_tasks[i], frame, limits)) {
             return false;
@@ -169,8 +168,8 @@ bool BintreeSelector::refine(Frame& frame, const Limits& limits)
 bool BintreeSelector::refinePage(const PageTask& task, Frame& frame, const Limits& limits)
 {
     const PageNode& node = _pages[task.page];
-    PageRefinement page { node, frame.vertices[static_cast<size_t>(frame.slotOfPage[task.page])] };
-    const TileBox box = tileBox(_shape, { node.depth, node.x, node.y }, node.minHeightM, node.maxHeightM);
+    PageRefinement page{node, frame.vertices[static_cast<size_t>(frame.slotOfPage[task.page])]};
+    const TileBox box = tileBox(_shape, {node.depth, node.x, node.y}, node.minHeightM, node.maxHeightM);
     page.texelM = 2.0 * std::max(box.half.x, box.half.y) / kPageIntervals;
     findMissingNearby(node);
     DrawList& out = frame.out;
@@ -189,13 +188,13 @@ bool BintreeSelector::refinePage(const PageTask& task, Frame& frame, const Limit
     }
     const auto count = static_cast<uint32_t>(out.indices.size()) - first;
     if (count > 0) {
-        out.lists.push_back({ task.page, first, count, static_cast<float>(distanceM(box, frame.view.eye)) });
+        out.lists.push_back({task.page, first, count, static_cast<float>(distanceM(box, frame.view.eye))});
         ++out.stats.listsMade;
     }
     for (size_t c = 0; c < 4; ++c) {
         if (!_forChild[c].empty()) {
-            _tasks.push_back({ static_cast<uint32_t>(node.child[c]), static_cast<uint32_t>(_pending.size()),
-                static_cast<uint32_t>(_forChild[c].size()) });
+            _tasks.push_back({static_cast<uint32_t>(node.child[c]), static_cast<uint32_t>(_pending.size()),
+                              static_cast<uint32_t>(_forChild[c].size())});
             _pending.insert(_pending.end(), _forChild[c].begin(), _forChild[c].end());
         }
     }
@@ -216,9 +215,9 @@ void BintreeSelector::chooseChildren(PageRefinement& page, Frame& frame)
             _missing.push_back(static_cast<uint32_t>(child));
         }
         const PageNode& node = _pages[static_cast<size_t>(child)];
-        const TileBox box = tileBox(_shape, { node.depth, node.x, node.y }, node.minHeightM, node.maxHeightM);
-        const double texelPx
-            = _alpha * page.texelM / std::max(distanceM(box, frame.view.eye), frame.view.frustum.nearM);
+        const TileBox box = tileBox(_shape, {node.depth, node.x, node.y}, node.minHeightM, node.maxHeightM);
+        const double texelPx =
+            _alpha * page.texelM / std::max(distanceM(box, frame.view.eye), frame.view.frustum.nearM);
         Visibility::PlaneMask planes = Visibility::kAllPlanes;
         if (texelPx > _settings.texelPx && frame.visibility.sees(box, planes)) {
             page.takesAll[c] = page.resident[c];
@@ -237,16 +236,16 @@ void BintreeSelector::findMissingNearby(const PageNode& node)
         if (other.depth > node.depth) {
             continue; // a page of the same depth was refined before: its children concern finer pages
         }
-        const int64_t scale = int64_t { 1 } << (node.depth - other.depth);
+        const int64_t scale = int64_t{1} << (node.depth - other.depth);
         const int64_t extent = kPageIntervals * scale;
         MissingArea area;
-        area.west = other.x * extent - node.x * int64_t { kPageIntervals };
-        area.north = other.y * extent - node.y * int64_t { kPageIntervals };
+        area.west = other.x * extent - node.x * int64_t{kPageIntervals};
+        area.north = other.y * extent - node.y * int64_t{kPageIntervals};
         area.east = area.west + extent;
         area.south = area.north + extent;
         area.reach = 2 * scale;
-        if (area.west - area.reach <= kPageIntervals && area.east + area.reach >= 0
-            && area.north - area.reach <= kPageIntervals && area.south + area.reach >= 0) {
+        if (area.west - area.reach <= kPageIntervals && area.east + area.reach >= 0 &&
+            area.north - area.reach <= kPageIntervals && area.south + area.reach >= 0) {
             _nearby.push_back(area);
         }
     }
@@ -257,22 +256,22 @@ bool BintreeSelector::besideMissing(Corner v) const noexcept
     if (_nearby.empty()) {
         return false;
     }
-    const int64_t spacing = int64_t { 1 } << std::countr_zero(static_cast<unsigned>(v.col | v.row));
+    const int64_t spacing = int64_t{1} << std::countr_zero(static_cast<unsigned>(v.col | v.row));
     const bool centre = ((v.col / spacing) & (v.row / spacing) & 1) != 0;
     const int64_t own = (centre ? 3 : 2) * spacing;
     return std::any_of(_nearby.begin(), _nearby.end(), [&](const MissingArea& area) {
-        const int64_t across = std::max({ area.west - v.col, v.col - area.east, int64_t { 0 } });
-        const int64_t along = std::max({ area.north - v.row, v.row - area.south, int64_t { 0 } });
+        const int64_t across = std::max({area.west - v.col, v.col - area.east, int64_t{0}});
+        const int64_t along = std::max({area.north - v.row, v.row - area.south, int64_t{0}});
         return std::max(across, along) <= area.reach - own;
     });
 }
 
-bool BintreeSelector::refineTriangles(
-    const PageTask& task, PageRefinement& page, Frame& frame, const Limits& limits)
+bool BintreeSelector::refineTriangles(const PageTask& task, PageRefinement& page, Frame& frame,
+                                      const Limits& limits)
 {
     std::vector<uint16_t>& indices = frame.out.indices;
     const auto emit = [&](const Triangle& t) {
-        for (const Corner corner : { t.apex, t.left, t.right }) {
+        for (const Corner corner : {t.apex, t.left, t.right}) {
             indices.push_back(static_cast<uint16_t>(corner.row * kPagePosts + corner.col));
         }
         --_outstanding;
@@ -286,8 +285,8 @@ bool BintreeSelector::refineTriangles(
             const int col2 = t.left.col + t.right.col;
             const int row2 = t.left.row + t.right.row;
             // Which quadrant of the page holds the triangle, if one does.
-            const auto [lowCol, highCol] = std::minmax({ t.apex.col, t.left.col, t.right.col });
-            const auto [lowRow, highRow] = std::minmax({ t.apex.row, t.left.row, t.right.row });
+            const auto [lowCol, highCol] = std::minmax({t.apex.col, t.left.col, t.right.col});
+            const auto [lowRow, highRow] = std::minmax({t.apex.row, t.left.row, t.right.row});
             const bool inOne = (highCol <= kHalf || lowCol >= kHalf) && (highRow <= kHalf || lowRow >= kHalf);
             const size_t quadrant = (lowRow >= kHalf ? 2U : 0U) + (lowCol >= kHalf ? 1U : 0U);
             const bool smallest = ((col2 | row2) & 1) != 0; // no post of this page splits it
@@ -301,7 +300,7 @@ bool BintreeSelector::refineTriangles(
                 }
                 continue;
             }
-            const Corner v { static_cast<uint8_t>(col2 / 2), static_cast<uint8_t>(row2 / 2) };
+            const Corner v{static_cast<uint8_t>(col2 / 2), static_cast<uint8_t>(row2 / 2)};
             ++page.evaluated;
             Visibility::PlaneMask planes = t.planes;
             bool settled = false;
@@ -309,8 +308,8 @@ bool BintreeSelector::refineTriangles(
                 emit(t);
                 continue;
             }
-            _stack.push_back({ v, t.right, t.apex, planes, settled });
-            _stack.push_back({ v, t.apex, t.left, planes, settled });
+            _stack.push_back({v, t.right, t.apex, planes, settled});
+            _stack.push_back({v, t.apex, t.left, planes, settled});
             ++_outstanding;
             if (indices.size() / 3 + _outstanding > _settings.triangleBudget) {
                 return false;
@@ -321,7 +320,7 @@ bool BintreeSelector::refineTriangles(
 }
 
 bool BintreeSelector::active(PageRefinement& page, Corner v, const Frame& frame, const Limits& limits,
-    Visibility::PlaneMask& planes, bool& settled)
+                             Visibility::PlaneMask& planes, bool& settled)
 {
     const uint8_t code = page.vertices.errorCode(v.col, v.row);
     const double radiusM = _codeM[page.vertices.radiusCode(v.col, v.row)];
@@ -362,10 +361,11 @@ bool BintreeSelector::delegate(const Triangle& t, size_t quadrant, PageRefinemen
     }
     if (!page.resident[quadrant]) {
         // What the missing page would show is within the apex's error.
-        const double distance = glm::length(page.vertices.position(t.apex.col, t.apex.row) - frame.view.eye.m)
-            - _codeM[page.vertices.radiusCode(t.apex.col, t.apex.row)];
-        const double px = _alpha * _codeM[page.vertices.errorCode(t.apex.col, t.apex.row)]
-            / std::max(distance, frame.view.frustum.nearM);
+        const double distance =
+            glm::length(page.vertices.position(t.apex.col, t.apex.row) - frame.view.eye.m) -
+            _codeM[page.vertices.radiusCode(t.apex.col, t.apex.row)];
+        const double px = _alpha * _codeM[page.vertices.errorCode(t.apex.col, t.apex.row)] /
+                          std::max(distance, frame.view.frustum.nearM);
         page.worstPx = std::max(page.worstPx, px);
         want(child, px, frame.out.stats);
         return false;
@@ -373,21 +373,22 @@ bool BintreeSelector::delegate(const Triangle& t, size_t quadrant, PageRefinemen
     const int col = static_cast<int>(quadrant & 1) * kHalf;
     const int row = static_cast<int>(quadrant >> 1) * kHalf;
     const auto inChild = [&](Corner corner) {
-        return Corner { static_cast<uint8_t>((corner.col - col) * 2), static_cast<uint8_t>((corner.row - row) * 2) };
+        return Corner{static_cast<uint8_t>((corner.col - col) * 2),
+                      static_cast<uint8_t>((corner.row - row) * 2)};
     };
-    _forChild[quadrant].push_back({ inChild(t.apex), inChild(t.left), inChild(t.right), t.planes, t.settled });
+    _forChild[quadrant].push_back({inChild(t.apex), inChild(t.left), inChild(t.right), t.planes, t.settled});
     return true;
 }
 
 void BintreeSelector::want(int32_t page, double urgency, LodStats& stats)
 {
     ++stats.tilesMissing;
-    const auto known
-        = std::find_if(_wanted.begin(), _wanted.end(), [&](const Wanted& w) { return w.page == page; });
+    const auto known =
+        std::find_if(_wanted.begin(), _wanted.end(), [&](const Wanted& w) { return w.page == page; });
     if (known != _wanted.end()) {
         known->urgency = std::max(known->urgency, urgency);
     } else if (_wanted.size() < _wanted.capacity()) {
-        _wanted.push_back({ urgency, page });
+        _wanted.push_back({urgency, page});
     }
 }
 

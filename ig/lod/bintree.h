@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Per-vertex level of detail: longest-edge bisection over the whole terrain, refined top-down each frame
-// (SOAR: Lindstrom & Pascucci 2001). A vertex v is active when its ball may show an error above the tolerance:
+// (SOAR: Lindstrom & Pascucci 2001). A vertex v is active when its ball may show an error above the
+// tolerance:
 //
 //   |P - v| < kappa delta_v + r_v,  kappa = alpha / tau        [Lindstrom & Pascucci 2001, eq. 5]
 //
-// its ball is in the frustum, and delta_v is above the cut (below). Errors and balls nest (vertex_error.h), so
-// the active set holds every active vertex's parents and the mesh has neither cracks nor T-junctions.
+// its ball is in the frustum, and delta_v is above the cut (below). Errors and balls nest (vertex_error.h),
+// so the active set holds every active vertex's parents and the mesh has neither cracks nor T-junctions.
 //
 // Morph. An active vertex is drawn at weight w between the middle of the edge that it splits (0) and its own
 // place (1):
@@ -18,8 +19,8 @@
 // eye: its projected error is at most alpha / kappa = tau at every weight.
 //
 // The triangle budget is exact. tau follows it: a refinement that would draw more is broken off and repeated
-// with a larger tau; one that leaves triangles over lets tau fall slowly in the next frames. It stays where it
-// is within a band of counts, so that nothing moves while the eye stands still.
+// with a larger tau; one that leaves triangles over lets tau fall slowly in the next frames. It stays where
+// it is within a band of counts, so that nothing moves while the eye stands still.
 #pragma once
 
 #include "ig/geo/view_state.h"
@@ -36,7 +37,7 @@ namespace ig::lod {
 
 struct BintreeSettings {
     uint32_t triangleBudget = 24'000; // never exceeded; at least kSmallestTreeBudget
-    float tolerancePx = 1.0F; // tau does not fall below it; > 0
+    float tolerancePx = 1.0F;         // tau does not fall below it; > 0
     // Triangles are drawn with the texture of a finer page where a texel of theirs is wider than this.
     float texelPx = 2.0F;
 };
@@ -47,14 +48,15 @@ inline constexpr uint32_t kSmallestTreeBudget = 2;
 class BintreeSelector {
 public:
     // pages: of the dataset, page 0 the root; must outlive the selector.
-    BintreeSelector(const TerrainShape& shape, std::span<const PageNode> pages, const BintreeSettings& settings);
+    BintreeSelector(const TerrainShape& shape, std::span<const PageNode> pages,
+                    const BintreeSettings& settings);
 
     // Fills out for this view. slotOfPage[page] >= 0: a resident page, its vertices are vertices[slot]. Where
     // a page is missing the mesh ends at its parent's vertices, without a crack. When the root is missing,
     // nothing is drawn and the root is wanted. tau carries over from call to call, nothing else does. No
     // allocation after the first call.
-    void select(const ViewState& view, std::span<const int32_t> slotOfPage, std::span<const BintreePage> vertices,
-        DrawList& out);
+    void select(const ViewState& view, std::span<const int32_t> slotOfPage,
+                std::span<const BintreePage> vertices, DrawList& out);
 
 private:
     // A triangle as posts of its page; the hypotenuse is left - right, anticlockwise from outside.
@@ -71,10 +73,11 @@ private:
         uint32_t first, count; // in _pending
     };
     struct Limits {
-        double reach; // kappa
-        double cutM; // errors below it are not shown
+        double reach;                   // kappa
+        double cutM;                    // errors below it are not shown
         std::array<double, 256> reachM; // kappa delta of each code; 0 below the cut
-        std::array<double, 256> settledM; // (1 - b) kappa delta, where the second term of w is 1 too; else -inf
+        std::array<double, 256>
+            settledM; // (1 - b) kappa delta, where the second term of w is 1 too; else -inf
     };
 
     Limits limitsFor(double reach, double nearM) const noexcept;
@@ -96,7 +99,7 @@ private:
     bool refinePage(const PageTask& task, Frame& frame, const Limits& limits);
     bool refineTriangles(const PageTask& task, PageRefinement& page, Frame& frame, const Limits& limits);
     bool active(PageRefinement& page, Corner v, const Frame& frame, const Limits& limits,
-        Visibility::PlaneMask& planes, bool& settled);
+                Visibility::PlaneMask& planes, bool& settled);
     bool delegate(const Triangle& t, size_t quadrant, PageRefinement& page, Frame& frame);
     void chooseChildren(PageRefinement& page, Frame& frame);
     void findMissingNearby(const PageNode& node);
@@ -109,9 +112,9 @@ private:
     std::span<const PageNode> _pages;
     BintreeSettings _settings;
     double _alpha = 1;
-    double _reach = 0; // kappa of the last frame; 0: none yet
-    std::array<double, 256> _codeM {}; // metres of each code
-    std::array<glm::dvec4, 5> _planes {};
+    double _reach = 0;                // kappa of the last frame; 0: none yet
+    std::array<double, 256> _codeM{}; // metres of each code
+    std::array<glm::dvec4, 5> _planes{};
     size_t _outstanding = 0; // triangles on stacks and in _pending: each will be at least one
     struct Wanted {
         double urgency;
@@ -119,18 +122,18 @@ private:
     };
     std::vector<Triangle> _stack;
     std::array<std::vector<Triangle>, 4> _forChild; // of the page being refined
-    std::vector<Triangle> _pending; // of pages to come
+    std::vector<Triangle> _pending;                 // of pages to come
     std::vector<PageTask> _tasks;
     std::vector<Wanted> _wanted;
-    // Where pages are missing, the vertices that they share, and all descendants of those, must stay inactive on
-    // the other side too. A descendant of v is within (in posts of v's spacing, largest axis) 2 of an edge
+    // Where pages are missing, the vertices that they share, and all descendants of those, must stay inactive
+    // on the other side too. A descendant of v is within (in posts of v's spacing, largest axis) 2 of an edge
     // vertex and 3 of a centre vertex; so v is left out when its distance from the missing page is at most
     // 2 page posts less those of its own descendants. That holds for the descendants of all it leaves out.
     struct MissingArea {
         int64_t west, north, east, south; // posts of the page being refined
-        int64_t reach; // 2 posts of the missing page
+        int64_t reach;                    // 2 posts of the missing page
     };
-    std::vector<uint32_t> _missing; // pages, children of refined ones
+    std::vector<uint32_t> _missing;   // pages, children of refined ones
     std::vector<MissingArea> _nearby; // of them, what touches the page being refined
 };
 

@@ -7,14 +7,14 @@
 namespace ig::lod {
 
 void BintreePage::set(const TerrainShape& shape, const PageNode& node, std::span<const int16_t> height,
-    double heightScaleM, double heightOffsetM, std::span<const uint8_t> errorCode,
-    std::span<const uint8_t> radiusCode)
+                      double heightScaleM, double heightOffsetM, std::span<const uint8_t> errorCode,
+                      std::span<const uint8_t> radiusCode)
 {
-    const uint64_t step = uint64_t { 1 } << (shape.deepestPage - node.depth);
+    const uint64_t step = uint64_t{1} << (shape.deepestPage - node.depth);
     const double e2 = shape.ellipsoid.flattening * (2.0 - shape.ellipsoid.flattening);
     for (size_t i = 0; i < kPagePosts; ++i) {
         const auto row = static_cast<double>(
-            std::min<uint64_t>((node.y * uint64_t { kPageIntervals } + i) * step, shape.rows - 1));
+            std::min<uint64_t>((node.y * uint64_t{kPageIntervals} + i) * step, shape.rows - 1));
         const double latitudeRad = shape.northRad - shape.latitudeStepRad * row;
         Row& r = _row[i];
         r.sine = std::sin(latitudeRad);
@@ -22,9 +22,9 @@ void BintreePage::set(const TerrainShape& shape, const PageNode& node, std::span
         r.normalM = shape.ellipsoid.semiMajorM / std::sqrt(1.0 - e2 * r.sine * r.sine);
         r.polarM = r.normalM * (1.0 - e2);
         const auto col = static_cast<double>(
-            std::min<uint64_t>((node.x * uint64_t { kPageIntervals } + i) * step, shape.cols - 1));
+            std::min<uint64_t>((node.x * uint64_t{kPageIntervals} + i) * step, shape.cols - 1));
         const double longitudeRad = shape.westRad + shape.longitudeStepRad * col;
-        _col[i] = { std::sin(longitudeRad), std::cos(longitudeRad) };
+        _col[i] = {std::sin(longitudeRad), std::cos(longitudeRad)};
     }
     _heightScaleM = heightScaleM;
     _heightOffsetM = heightOffsetM;

@@ -19,8 +19,8 @@ public:
     // height: value of each post, metres are value * heightScaleM + heightOffsetM; errorCode, radiusCode: see
     // vertex_error.h. All kPagePosts^2 long, row 0 in the north; copied. Allocates on first use only.
     void set(const TerrainShape& shape, const PageNode& node, std::span<const int16_t> height,
-        double heightScaleM, double heightOffsetM, std::span<const uint8_t> errorCode,
-        std::span<const uint8_t> radiusCode);
+             double heightScaleM, double heightOffsetM, std::span<const uint8_t> errorCode,
+             std::span<const uint8_t> radiusCode);
 
     // ECEF metres. The same bits in every page that has the post.
     glm::dvec3 position(int col, int row) const noexcept
@@ -29,7 +29,7 @@ public:
         const Col& c = _col[static_cast<size_t>(col)];
         const double h = _height[index(col, row)] * _heightScaleM + _heightOffsetM;
         const double p = (r.normalM + h) * r.cosine;
-        return { p * c.cosine, p * c.sine, (r.polarM + h) * r.sine };
+        return {p * c.cosine, p * c.sine, (r.polarM + h) * r.sine};
     }
     uint8_t errorCode(int col, int row) const noexcept { return _errorCode[index(col, row)]; }
     uint8_t radiusCode(int col, int row) const noexcept { return _radiusCode[index(col, row)]; }
@@ -37,16 +37,16 @@ public:
 private:
     static size_t index(int col, int row) noexcept { return static_cast<size_t>(row * kPagePosts + col); }
     struct Row {
-        double normalM; // radius of curvature in the prime vertical
-        double polarM; // the same times 1 - e^2
+        double normalM;      // radius of curvature in the prime vertical
+        double polarM;       // the same times 1 - e^2
         double sine, cosine; // of the latitude
     };
     struct Col {
         double sine, cosine; // of the longitude
     };
 
-    std::array<Row, kPagePosts> _row {};
-    std::array<Col, kPagePosts> _col {};
+    std::array<Row, kPagePosts> _row{};
+    std::array<Col, kPagePosts> _col{};
     double _heightScaleM = 1;
     double _heightOffsetM = 0;
     std::vector<int16_t> _height;

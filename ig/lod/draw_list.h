@@ -33,7 +33,7 @@ struct PageList {
 // What the vertices of page lists need to find their weight (see bintree.h).
 struct MorphState {
     float reach = 0; // kappa = alpha / tau
-    float cutM = 0; // errors up to it are not shown
+    float cutM = 0;  // errors up to it are not shown
 };
 
 struct LodStats {

@@ -4,6 +4,7 @@
 //             same shaders, frame by frame in turn
 //   size      frames over a large terrain against a small one, frame by frame in turn
 //   pace      a paced flight: p99 / mean of the frame time, missed frames, share of the selection
+//   machine   p99 / mean of fixed arithmetic in place of frames: what the machine itself adds to pace
 #include "flight.h"
 #include "ig/app/frame_schedule.h"
 #include "ig/app/steady_clock.h"
@@ -18,6 +19,7 @@
 #include <cstdio>
 #include <ctime>
 #include <memory>
+#include <thread>
 
 namespace {
 
@@ -227,6 +229,48 @@ void sleepUntil(int64_t timeNs)
     }
 }
 
+volatile double arithmeticResult = 0; // so that it is not optimised away
+
+void arithmetic(int64_t steps)
+{
+    double x = 1.1;
+    for (int64_t i = 0; i < steps; ++i) {
+        x = x * 0.999999 + 1e-7;
+    }
+    arithmeticResult = x;
+}
+
+// What the machine itself adds: p99 / mean of fixed arithmetic, as long as a frame, paced like one, on two
+// threads as the driver's. On an idle machine of one's own it is close to 1.
+Json measureMachine(double frameNs, const Options& options)
+{
+    const int64_t probeSteps = 2'000'000;
+    int64_t begin = app::steadyNs();
+    arithmetic(probeSteps);
+    const auto steps = static_cast<int64_t>(static_cast<double>(probeSteps) * frameNs /
+                                            static_cast<double>(app::steadyNs() - begin));
+    Histogram one, two;
+    for (const bool both : {false, true}) {
+        begin = app::steadyNs();
+        app::FrameSchedule schedule(begin, options.rateHz);
+        int64_t start = begin;
+        while (static_cast<double>(start - begin) * 1e-9 < std::min(10.0, options.seconds)) {
+            if (both) {
+                std::thread thread(arithmetic, steps);
+                arithmetic(steps);
+                thread.join();
+            } else {
+                arithmetic(steps);
+            }
+            (both ? two : one).add(app::steadyNs() - start);
+            sleepUntil(schedule.nextStartNs(app::steadyNs()));
+            start = app::steadyNs();
+        }
+    }
+    return {{"one_thread_p99_over_mean", one.quantileNs(0.99) / one.meanNs()},
+            {"two_threads_p99_over_mean", two.quantileNs(0.99) / two.meanNs()}};
+}
+
 Json measurePace(Runner& runner, const Options& options)
 {
     Histogram frame, select, load;
@@ -248,8 +292,8 @@ Json measurePace(Runner& runner, const Options& options)
         triangles += stats.lod.triangles;
         pageIns += stats.pageIns;
         runner.overBudget += stats.lod.triangles > options.budget ? 1 : 0;
-        start = schedule.nextStartNs(app::steadyNs());
-        sleepUntil(start);
+        sleepUntil(schedule.nextStartNs(app::steadyNs()));
+        start = app::steadyNs();
     }
     const double count = static_cast<double>(frame.count());
     return {{"frames", frame.count()},
@@ -297,6 +341,7 @@ Result<Json> run(const Options& options)
     }
     if (options.seconds > 0) {
         report["pace"] = measurePace(**runner, options);
+        report["machine"] = measureMachine(report["pace"]["frame_ms_mean"].get<double>() * 1e6, options);
     }
     report["frames_over_budget"] = overBudget + (*runner)->overBudget;
     return report;
