@@ -44,12 +44,15 @@ gl::RendererSettings rendererSettings(const config::Settings& settings, const da
     return out;
 }
 
+// Above the summits; from much higher up haze would hide all of a large terrain.
+constexpr double kIdleHeightM = 3000;
+
 // Until the host says where the ownship is: above the middle of the terrain, looking north and down.
 ViewState idleView(const data::DatasetInfo& dataset, const config::Settings& settings)
 {
     const lod::TerrainShape& shape = dataset.shape;
-    const double heightM =
-        dataset.maxHeightM + 0.02 * shape.latitudeStepRad * shape.rows * shape.ellipsoid.semiMajorM;
+    const double extentM = shape.latitudeStepRad * shape.rows * shape.ellipsoid.semiMajorM;
+    const double heightM = dataset.maxHeightM + std::min(0.02 * extentM, kIdleHeightM);
     scene::World world(shape.ellipsoid, viewDefaults(settings));
     scene::EntityState eye;
     eye.position = {shape.northRad - 0.5 * shape.latitudeStepRad * (shape.rows - 1),

@@ -5,13 +5,6 @@
 
 namespace ig::app {
 
-namespace {
-
-constexpr uint64_t kPageBytes = lod::kPagePosts * lod::kPagePosts * sizeof(glm::vec3) +
-                                data::kPageTexels * data::kPageTexels * sizeof(uint32_t);
-
-} // namespace
-
 TerrainEngine::TerrainEngine(data::Dataset dataset, const TerrainSettings& settings, gl::Renderer& renderer,
                              LogSink& log)
     : _dataset(std::move(dataset)), _settings(settings), _renderer(renderer), _log(log),
@@ -27,7 +20,7 @@ Result<void> TerrainEngine::preload(const ViewState& view)
     for (;;) {
         uint32_t loaded = 0;
         for (const uint32_t page : _list.wantedPages) {
-            loaded += loadPage(page) ? 1 : 0;
+            loaded += loadPage(page) > 0 ? 1 : 0;
         }
         if (loaded == 0) {
             break;
@@ -65,26 +58,28 @@ void TerrainEngine::load(FrameStats& stats)
         if (stats.pageIns == _settings.pageLoadsPerFrame) {
             break;
         }
-        stats.pageIns += loadPage(page) ? 1 : 0;
+        if (const uint64_t bytes = loadPage(page); bytes > 0) {
+            ++stats.pageIns;
+            stats.bytesUploaded += bytes;
+        }
     }
-    stats.bytesUploaded = stats.pageIns * kPageBytes;
     stats.loadNs = steadyNs() - start;
 }
 
-bool TerrainEngine::loadPage(uint32_t page)
+// Bytes handed to GL; 0 when the page is damaged or there is no room.
+uint64_t TerrainEngine::loadPage(uint32_t page)
 {
     if (_damaged[page] || !_slots.hasRoom()) {
-        return false;
+        return 0;
     }
     if (const auto read = _dataset.readPage(page, _heights); !read) {
         _damaged[page] = true;
         ++_damagedCount;
         _log.write(LogLevel::error, read.error().message + "; drawn by its coarser ancestor");
-        return false;
+        return 0;
     }
     data::buildPageMesh(_dataset.info(), _dataset.pages()[page], _heights, _settings.shading, _mesh);
-    _renderer.upload(*_slots.place(page), _mesh);
-    return true;
+    return _renderer.upload(*_slots.place(page), _mesh);
 }
 
 } // namespace ig::app

@@ -45,7 +45,7 @@ public:
     uint32_t damagedPages() const noexcept { return _damagedCount; }
 
 private:
-    bool loadPage(uint32_t page);
+    uint64_t loadPage(uint32_t page);
     void select(const ViewState& view);
 
     data::Dataset _dataset;

@@ -18,7 +18,11 @@ public:
     {
     }
 
-    void upload(uint32_t slot, const data::PageMesh& mesh) override { _store.upload(slot, mesh); }
+    uint64_t upload(uint32_t slot, const data::PageMesh& mesh) override
+    {
+        _store.upload(slot, mesh);
+        return kPageBytes;
+    }
 
     void draw(const ViewState& view, const lod::DrawList& list, std::span<const int32_t> slotOfPage) override
     {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "ig/gl/null_renderer.h"
 
+#include "ig/gl/page_store.h"
+
 #include <algorithm>
 #include <bit>
 #include <cassert>
@@ -10,11 +12,12 @@ namespace ig::gl {
 
 NullRenderer::NullRenderer(const RendererSettings& settings) : _uploaded(settings.pageSlots, false) {}
 
-void NullRenderer::upload(uint32_t slot, const data::PageMesh&)
+uint64_t NullRenderer::upload(uint32_t slot, const data::PageMesh&)
 {
     assert(slot < _uploaded.size());
     _uploaded[slot] = true;
     ++_counts.uploads;
+    return kPageBytes;
 }
 
 void NullRenderer::draw(const ViewState&, const lod::DrawList& list, std::span<const int32_t> slotOfPage)

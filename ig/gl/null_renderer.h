@@ -21,7 +21,7 @@ public:
     // Only the size and the number of slots matter.
     explicit NullRenderer(const RendererSettings& settings);
 
-    void upload(uint32_t slot, const data::PageMesh& mesh) override;
+    uint64_t upload(uint32_t slot, const data::PageMesh& mesh) override;
     void draw(const ViewState& view, const lod::DrawList& list, std::span<const int32_t> slotOfPage) override;
     // Fills with the low byte of the number of draws, so that frames differ.
     void read(std::span<std::byte> rgba) override;

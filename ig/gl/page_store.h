@@ -26,6 +26,14 @@ struct PackedVertex {
 };
 static_assert(sizeof(PackedVertex) == 20);
 
+// What one page takes on the GPU: its vertices, its texels and their mipmaps.
+inline constexpr uint64_t kPageBytes = [] {
+    uint64_t bytes = sizeof(PackedVertex) * lod::kPagePosts * lod::kPagePosts;
+    for (uint64_t size = data::kPageTexels; size > 0; size /= 2)
+        bytes += size * size * sizeof(uint32_t);
+    return bytes;
+}();
+
 // Half a unit in the last place of a float below 2^24 m; the shader gets it as a constant.
 inline constexpr double kLowFullScaleM = 0.5;
 

@@ -39,7 +39,8 @@ public:
     virtual ~Renderer() = default;
 
     // Puts a page's vertices and texels into a slot (< pageSlots), replacing what was there.
-    virtual void upload(uint32_t slot, const data::PageMesh& mesh) = 0;
+    // Returns the bytes handed to GL.
+    virtual uint64_t upload(uint32_t slot, const data::PageMesh& mesh) = 0;
 
     // Draws the tiles. slotOfPage maps page numbers to slots; every page of the list must have one.
     virtual void draw(const ViewState& view, const lod::DrawList& list,

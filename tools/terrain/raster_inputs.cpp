@@ -2,6 +2,7 @@
 #include "tools/terrain/raster_inputs.h"
 
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <string_view>
 
@@ -137,9 +138,14 @@ Result<RasterInputs> openInputs(const RasterOptions& options, GdalSession& gdal)
     for (const std::string& file : options.files) {
         gdal.forget();
         RasterPtr raster = endsWith(file, ".zip") ? openZipped(file) : openRaster(file);
-        if (!raster)
+        if (!raster) {
+            // GDAL takes more than paths (a layer within a file), so whether one exists is asked last.
+            std::error_code ignored;
+            const bool exists = std::filesystem::exists(file, ignored);
             return fail(ErrorKind::dataset,
-                        file + ": cannot read: " + gdal.complaint("no raster in it that GDAL knows"));
+                        file + ": cannot read: " +
+                            gdal.complaint(exists ? "no raster in it that GDAL knows" : "no such file"));
+        }
         if (Result<void> fine = checkBand(file, *raster); !fine)
             return Unexpected{fine.error()};
         Result<RasterPtr> out = placed(std::move(raster), file, options, inputs.parts, gdal);
