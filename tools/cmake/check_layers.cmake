@@ -23,7 +23,7 @@ function(forbid module reason)
   set(failures "${failures}" PARENT_SCOPE)
 endfunction()
 
-set(gl "[<\"](GLES|EGL|GL|KHR)/" "\"ig/gl/")
+set(gl "[<\"](GLES[0-9]*|EGL|GL|KHR)/" "\"ig/gl/")
 set(sockets "<sys/socket" "<netinet/" "<arpa/" "<netdb" "\"hostif/")
 set(files "<fstream" "<cstdio" "<filesystem" "<fcntl" "<unistd" "<sys/stat" "\"ig/data/")
 set(protocol "\"hostif/" "<sys/socket" "<netinet/" "<arpa/")
