@@ -40,7 +40,7 @@ build fuzz --target fuzzers
 for name in fuzz_cigi33 fuzz_session; do
   step "fuzz: $name, $fuzz_seconds s"
   found=$(mktemp -d)
-  "build/fuzz/bin/$name" -max_total_time="$fuzz_seconds" -max_len=3000 -print_final_stats=1 -artifact_prefix="$found/" \
+  "build/fuzz/tests/$name" -max_total_time="$fuzz_seconds" -max_len=3000 -print_final_stats=1 -artifact_prefix="$found/" \
     "$found" "tests/fuzz/corpus/$name" 2>&1 | tail -8
   rm -rf "$found"
 done
