@@ -4,6 +4,7 @@
 //             same shaders, frame by frame in turn
 //   size      frames over a large terrain against a small one, frame by frame in turn
 //   pace      a paced flight: p99 / mean of the frame time, missed frames, share of the selection
+//   steadiness  the same flight five times, each frame at its median: p99 / mean without the machine's share
 //   machine   p99 / mean of fixed arithmetic in place of frames: what the machine itself adds to pace
 #include "flight.h"
 #include "ig/app/frame_schedule.h"
@@ -313,6 +314,33 @@ Json measurePace(Runner& runner, const Options& options)
             {"page_ins", pageIns}};
 }
 
+// The same flight several times over, each frame at the median of its times: what is left of p99 / mean is
+// the picture's own doing, not the machine's.
+Json measureSteadiness(Runner& runner, const Options& options)
+{
+    constexpr size_t kPasses = 5;
+    constexpr double kFramesPerS = 20; // of the flight; not paced
+    const auto frames = static_cast<size_t>(std::max(1.0, options.seconds * kFramesPerS));
+    std::vector<std::vector<double>> times(frames);
+    for (size_t pass = 0; pass < kPasses; ++pass) {
+        for (size_t i = 0; i < frames; ++i) {
+            const double timeS = static_cast<double>(i) / kFramesPerS;
+            const app::FrameStats stats =
+                runner.frame(runner.flight->view(timeS, options.width, options.height));
+            times[i].push_back(static_cast<double>(stats.frameNs));
+            runner.overBudget += stats.lod.triangles > options.budget ? 1 : 0;
+        }
+    }
+    Histogram typical;
+    for (const std::vector<double>& frame : times) {
+        typical.add(static_cast<int64_t>(median(frame)));
+    }
+    return {{"passes", kPasses},
+            {"frame_ms_mean", typical.meanNs() * 1e-6},
+            {"frame_ms_p99", typical.quantileNs(0.99) * 1e-6},
+            {"p99_over_mean", typical.quantileNs(0.99) / typical.meanNs()}};
+}
+
 Result<Json> run(const Options& options)
 {
     PrintedLog log;
@@ -341,6 +369,7 @@ Result<Json> run(const Options& options)
     }
     if (options.seconds > 0) {
         report["pace"] = measurePace(**runner, options);
+        report["steadiness"] = measureSteadiness(**runner, options);
         report["machine"] = measureMachine(report["pace"]["frame_ms_mean"].get<double>() * 1e6, options);
     }
     report["frames_over_budget"] = overBudget + (*runner)->overBudget;

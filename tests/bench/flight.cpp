@@ -93,7 +93,8 @@ ViewState Flight::view(double timeS, int widthPx, int heightPx)
                                               lon + std::sin(heading) * m / (radius * std::cos(midLat))));
     }
     const double wanted = highest + _plan.heightAboveGroundM;
-    const double share = _lastS < 0 ? 1.0 : 1.0 - std::exp(-(timeS - _lastS) / 1.0);
+    // A flight that starts again starts at its height.
+    const double share = _lastS < 0 || timeS < _lastS ? 1.0 : 1.0 - std::exp(-(timeS - _lastS) / 1.0);
     _heightM += share * (wanted - _heightM);
     _lastS = timeS;
 
