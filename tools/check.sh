@@ -29,7 +29,7 @@ ctest --preset dev
 
 build asan
 step "asan: test"
-# Rendering in software takes minutes under a sanitizer and its errors would be the driver's.
+# Without the benchmarks and the whole programs, which would take minutes.
 ctest --preset asan -LE slow
 
 build tsan --target test_out test_terrain_compiler

@@ -132,19 +132,19 @@ void HostLink::receive(scene::World& world, double nowS)
         noteView(event);
         if (std::visit(ToWorld{world}, event) != scene::Applied::yes) {
             ++_refused;
-            noteOnce(
-                _notedRefusal, LogLevel::warning,
+            warnOnce(
+                _notedRefusal,
                 "the host asks for what cannot be (unknown parent entity, too many entities or views, or "
                 "an impossible view); such packets are ignored and counted");
         }
     }
 }
 
-void HostLink::noteOnce(bool& noted, LogLevel level, const char* line)
+void HostLink::warnOnce(bool& noted, const char* line)
 {
     if (!noted) {
         noted = true;
-        _log->write(level, line);
+        _log->write(LogLevel::warning, line);
     }
 }
 
@@ -155,13 +155,13 @@ void HostLink::noteView(const hostif::SessionEvent& event)
     const auto* shape = std::get_if<hostif::ViewDefinition>(&event);
     if ((placement != nullptr && placement->groupId == 0 && placement->viewId != _drawnView) ||
         (shape != nullptr && shape->viewId != _drawnView)) {
-        noteOnce(
-            _notedOtherView, LogLevel::warning,
+        warnOnce(
+            _notedOtherView,
             "the host controls a view that this image generator does not draw; set view.id to its number");
     }
     if (shape != nullptr && (shape->orthographic || shape->mirror != hostif::Mirror::none)) {
-        noteOnce(
-            _notedUnsupported, LogLevel::warning,
+        warnOnce(
+            _notedUnsupported,
             "the host asks for an orthographic or mirrored view; it is drawn in perspective, not mirrored");
     }
 }

@@ -39,7 +39,7 @@ private:
     HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options, uint16_t drawnView,
              LogSink& log);
 
-    void noteOnce(bool& noted, LogLevel level, const char* line);
+    void warnOnce(bool& noted, const char* line);
     void noteView(const hostif::SessionEvent& event);
 
     hostif::UdpSocket _socket;
