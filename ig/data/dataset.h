@@ -6,6 +6,7 @@
 #include "ig/base/result.h"
 #include "ig/lod/terrain_shape.h"
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -18,6 +19,11 @@ namespace ig::data {
 // value * heightScaleM + heightOffsetM of the dataset.
 struct PageHeights {
     std::vector<int16_t> post; // kPagePosts * kPagePosts
+    // Codes of each post as a vertex of the bin-tree, see ig/lod/vertex_error.h; as long as post.
+    std::vector<uint8_t> errorCode, radiusCode;
+    // Values of the two ends of the edge that each corner post splits (north-west, north-east, south-west,
+    // south-east): the only posts of a page whose ends lie outside of it. 0 for corners of the grid.
+    std::array<std::array<int16_t, 2>, 4> cornerEnds{};
     // Cells (row * 64 + col) that are a hole; empty when the page has none.
     std::vector<bool> hole;
 };
