@@ -3,7 +3,7 @@
 // (ig/lod/vertex_error.h), and the drawn, morphed surface measured against every post.
 #pragma once
 
-#include "ig/lod/bintree.h"
+#include "ig/lod/tree_selector.h"
 #include "ig/lod/vertex_error.h"
 #include "lod_terrain.h"
 
@@ -11,6 +11,7 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 
 namespace test {
 
@@ -39,8 +40,14 @@ inline std::array<Post, 4> splitOf(int col, int row)
     return {Post{col, row - s}, Post{col, row + s}, Post{col - s, row}, Post{col + s, row}};
 }
 
+// What a dataset has of a page.
+struct TreePage {
+    std::vector<int16_t> height; // decimetres
+    std::vector<uint8_t> errorCode, radiusCode;
+};
+
 struct TreeTerrain : Terrain {
-    std::vector<ig::lod::BintreePage> vertices; // by slot
+    std::vector<TreePage> data;                 // by page
     std::vector<int16_t> height;                // (N + 1)^2, padding repeated; decimetres
     std::vector<uint8_t> errorCode, radiusCode; // (N + 1)^2
     int size = 0;                               // N
@@ -192,7 +199,7 @@ inline TreeTerrain makeTree(uint32_t cols, uint32_t rows, const std::function<do
         }
     }
     computeCodes(t);
-    t.vertices.resize(t.pages.size());
+    t.data.resize(t.pages.size());
     for (size_t p = 0; p < t.pages.size(); ++p) {
         ig::lod::PageNode& node = t.pages[p];
         const int step = 1 << (t.shape.deepestPage - node.depth);
@@ -218,9 +225,27 @@ inline TreeTerrain makeTree(uint32_t cols, uint32_t rows, const std::function<do
                 node.maxHeightM = std::max(node.maxHeightM, h + 0.1F);
             }
         }
-        t.vertices[p].set(t.shape, node, height, 0.1, 0.0, error, radius);
+        t.data[p] = {std::move(height), std::move(error), std::move(radius)};
     }
     return t;
+}
+
+inline void addPage(ig::lod::TreeSelector& selector, const TreeTerrain& t, uint32_t page)
+{
+    const TreePage& data = t.data[page];
+    selector.addPage(page, page, data.height, 0.1, 0.0, data.errorCode, data.radiusCode);
+}
+
+// With all pages resident; slot and page are one number.
+inline std::unique_ptr<ig::lod::TreeSelector> makeSelector(const TreeTerrain& t,
+                                                           const ig::lod::TreeSettings& settings)
+{
+    auto selector = std::make_unique<ig::lod::TreeSelector>(t.shape, t.pages,
+                                                            static_cast<uint32_t>(t.pages.size()), settings);
+    for (uint32_t page = 0; page < t.pages.size(); ++page) {
+        addPage(*selector, t, page);
+    }
+    return selector;
 }
 
 // The drawn triangles as full-grid posts, apex first: the newest vertex of each.

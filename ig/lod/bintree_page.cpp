@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "ig/lod/bintree_page.h"
 
+#include "ig/lod/vertex_error.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -31,6 +33,16 @@ void BintreePage::set(const TerrainShape& shape, const PageNode& node, std::span
     _height.assign(height.begin(), height.end());
     _errorCode.assign(errorCode.begin(), errorCode.end());
     _radiusCode.assign(radiusCode.begin(), radiusCode.end());
+    uint8_t error = 0;
+    uint8_t radius = 0;
+    for (size_t i = 0; i < _errorCode.size(); ++i) {
+        if (node.depth == 0 || (i % kPagePosts | i / kPagePosts) % 2 != 0) {
+            error = std::max(error, _errorCode[i]);
+            radius = std::max(radius, _radiusCode[i]);
+        }
+    }
+    _largestErrorM = decodeM(error);
+    _largestRadiusM = decodeM(radius);
 }
 
 } // namespace ig::lod

@@ -23,19 +23,22 @@ public:
              std::span<const uint8_t> radiusCode);
 
     // ECEF metres. The same bits in every page that has the post.
-    glm::dvec3 position(int col, int row) const noexcept
+    // post: row * kPagePosts + col.
+    glm::dvec3 position(uint32_t post) const noexcept
     {
-        const Row& r = _row[static_cast<size_t>(row)];
-        const Col& c = _col[static_cast<size_t>(col)];
-        const double h = _height[index(col, row)] * _heightScaleM + _heightOffsetM;
+        const Row& r = _row[post / kPagePosts];
+        const Col& c = _col[post % kPagePosts];
+        const double h = _height[post] * _heightScaleM + _heightOffsetM;
         const double p = (r.normalM + h) * r.cosine;
         return {p * c.cosine, p * c.sine, (r.polarM + h) * r.sine};
     }
-    uint8_t errorCode(int col, int row) const noexcept { return _errorCode[index(col, row)]; }
-    uint8_t radiusCode(int col, int row) const noexcept { return _radiusCode[index(col, row)]; }
+    uint8_t errorCode(uint32_t post) const noexcept { return _errorCode[post]; }
+    uint8_t radiusCode(uint32_t post) const noexcept { return _radiusCode[post]; }
+    // The largest among the vertices that the page introduces.
+    double largestErrorM() const noexcept { return _largestErrorM; }
+    double largestRadiusM() const noexcept { return _largestRadiusM; }
 
 private:
-    static size_t index(int col, int row) noexcept { return static_cast<size_t>(row * kPagePosts + col); }
     struct Row {
         double normalM;      // radius of curvature in the prime vertical
         double polarM;       // the same times 1 - e^2
@@ -49,6 +52,8 @@ private:
     std::array<Col, kPagePosts> _col{};
     double _heightScaleM = 1;
     double _heightOffsetM = 0;
+    double _largestErrorM = 0;
+    double _largestRadiusM = 0;
     std::vector<int16_t> _height;
     std::vector<uint8_t> _errorCode, _radiusCode;
 };

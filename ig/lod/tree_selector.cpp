@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: MIT
+#include "ig/lod/tree_selector.h"
+
+#include "ig/lod/vertex_error.h"
+
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace ig::lod {
+
+namespace {
+
+constexpr size_t kWantedCapacity = 64;
+// A vertex is morphed in over at least this many frames, or not at all.
+constexpr double kMorphFrames = 4.0;
+constexpr double kSpeedDecay = 0.95; // a frame
+// What is no flight any more but a jump: 60 km/s and 30 degrees a frame at 60 Hz.
+constexpr double kJumpM = 1000.0;
+constexpr double kJumpRad = 0.5;
+// The share of the budget that tau is led to, and how far kappa moves in a frame. A step of 1 / 200 is a
+// sixteenth of the morph band.
+constexpr double kFullShare = 0.97;
+constexpr double kSlackShare = 0.93;
+constexpr double kReachStep = 0.005;
+// With less than this share the view has changed as by a jump.
+constexpr double kJumpShare = 0.5;
+constexpr double kSettledShare = 0.9;
+constexpr int kTrials = 32;
+
+} // namespace
+
+TreeSelector::TreeSelector(const TerrainShape& shape, std::span<const PageNode> pages, uint32_t slots,
+                           const TreeSettings& settings)
+    : _shape(shape), _pages(pages), _settings(settings), _graph(shape, pages, slots),
+      _tree(_graph, settings.cullVertices), _lists(_graph, _tree), _visitOf(slots, -1)
+{
+    assert(settings.triangleBudget >= kSmallestTreeBudget);
+    _visits.reserve(slots);
+    _open.reserve(slots);
+    _drawn.reserve(slots);
+    _order.reserve(slots);
+    _wanted.reserve(8 * kWantedCapacity);
+}
+
+void TreeSelector::addPage(uint32_t page, uint32_t slot, std::span<const int16_t> height, double heightScaleM,
+                           double heightOffsetM, std::span<const uint8_t> errorCode,
+                           std::span<const uint8_t> radiusCode)
+{
+    _graph.add(page, slot, height, heightScaleM, heightOffsetM, errorCode, radiusCode);
+}
+
+void TreeSelector::removePage(uint32_t slot)
+{
+    _graph.remove(slot);
+}
+
+TreeSelector::Motion TreeSelector::motionTo(const ViewState& view) const noexcept
+{
+    Motion motion;
+    const Frustum& a = _view.frustum;
+    const Frustum& b = view.frustum;
+    const bool sameLens = a.left == b.left && a.right == b.right && a.bottom == b.bottom && a.top == b.top &&
+                          a.nearM == b.nearM && _view.widthPx == view.widthPx &&
+                          _view.heightPx == view.heightPx;
+    if (!_hasView || !sameLens) {
+        return motion;
+    }
+    motion.movedM = glm::length(view.eye.m - _view.eye.m);
+    const glm::dmat3 turn = view.eyeFromEcef * glm::transpose(_view.eyeFromEcef);
+    // The length of the rotation's axial part is the sine of its angle, accurate where the angle is small.
+    const double sine = 0.5 * glm::length(glm::dvec3(turn[1][2] - turn[2][1], turn[2][0] - turn[0][2],
+                                                     turn[0][1] - turn[1][0]));
+    const double cosine = 0.5 * (turn[0][0] + turn[1][1] + turn[2][2] - 1.0);
+    motion.turnRad = std::atan2(sine, cosine);
+    motion.jumped = !(motion.movedM <= kJumpM) || !(motion.turnRad <= kJumpRad);
+    return motion;
+}
+
+// Where tau starts from in this frame.
+double TreeSelector::nextReach(const Motion& motion) const noexcept
+{
+    double reach = _reach;
+    if (!motion.jumped && (motion.movedM > 0.0 || motion.turnRad > 0.0)) {
+        if (_triangles > kFullShare * _settings.triangleBudget) {
+            reach /= 1.0 + kReachStep;
+        } else if (_triangles < kSlackShare * _settings.triangleBudget) {
+            reach *= 1.0 + kReachStep;
+        }
+    }
+    return reach > 0.0 ? std::min(reach, _finestReach) : _finestReach;
+}
+
+void TreeSelector::select(const ViewState& view, DrawList& out)
+{
+    out.items.clear();
+    out.lists.clear();
+    out.indices.clear();
+    out.indices.reserve(size_t{3} * _settings.triangleBudget);
+    out.usedPages.clear();
+    out.wantedPages.clear();
+    out.stats = {};
+    if (_graph.root() < 0) {
+        out.wantedPages.push_back(0);
+        return;
+    }
+    _alpha = pixelsPerRadian(view);
+    _planes = frustumPlanes(view);
+    _finestReach = _alpha / _settings.tolerancePx;
+    const Motion motion = motionTo(view);
+    if (!motion.jumped && motion.movedM > 0.0) {
+        _speedM = std::max(motion.movedM, kSpeedDecay * _speedM);
+    }
+    const double reach = nextReach(motion);
+    _view = view;
+    _hasView = true;
+    solve(view, motion, reach, out.stats);
+    emit(view, out);
+}
+
+void TreeSelector::solve(const ViewState& view, const Motion& motion, double reach, LodStats& stats)
+{
+    const uint32_t budget = _settings.triangleBudget;
+    double fits = 0.0; // the largest reach known to fit, the smallest known not to
+    double fails = std::numeric_limits<double>::infinity();
+    bool settles = motion.jumped;
+    double turnRad = motion.turnRad;
+    for (int trial = 0; trial < kTrials; ++trial) {
+        const uint32_t triangles = refine(view, reach, turnRad, motion.jumped, stats);
+        turnRad = 0.0; // the tree has followed
+        settles = settles || triangles < kJumpShare * budget;
+        if (triangles > budget) {
+            fails = reach;
+            reach = fits > 0.0 ? std::sqrt(fits * fails)
+                               : fails * std::clamp(kFullShare * budget / triangles, 0.3, 0.98);
+            continue;
+        }
+        fits = reach;
+        if (!settles || triangles >= kSettledShare * budget || fits >= _finestReach || fails < 1.02 * fits) {
+            return;
+        }
+        reach = std::isfinite(fails)
+                    ? std::sqrt(fits * fails)
+                    : std::min(_finestReach,
+                               fits * std::clamp(0.95 * budget / std::max(triangles, 1U), 1.05, 4.0));
+    }
+    if (_reach != fits || _triangles > budget) {
+        refine(view, fits, 0.0, motion.jumped, stats);
+    }
+}
+
+double TreeSelector::cutFor(const ViewState& view, double reach) const noexcept
+{
+    // Nothing nearer than the near plane is drawn, so an error below nearM / reach is within tau anywhere.
+    return reach > 0.0 ? std::max(view.frustum.nearM, kMorphFrames * _speedM / kMorphBand) / reach
+                       : std::numeric_limits<double>::infinity();
+}
+
+// Brings pages, active set and lists to a reach; returns the triangles in view.
+uint32_t TreeSelector::refine(const ViewState& view, double reach, double turnRad, bool everything,
+                              LodStats& stats)
+{
+    _reach = reach;
+    _cutM = cutFor(view, reach);
+    visitPages(view, reach, stats);
+    const VertexTree::Criteria criteria{view.eye.m, _planes, reach, _cutM};
+    _tree.update(criteria, turnRad, _open, everything || !_settings.liveRanges);
+    stats.verticesEvaluated += _tree.evaluated();
+    choosePages();
+    _lists.update(_drawn);
+    stats.listsMade += _lists.made();
+    _triangles = trianglesInView(view);
+    return _triangles;
+}
+
+void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& stats)
+{
+    _visits.clear();
+    _open.clear();
+    _wanted.clear();
+    _missingPx = 0;
+    stats.tilesMissing = 0;
+    const Visibility visibility(view, _shape.ellipsoid, _pages[0].minHeightM);
+    const double nearM = view.frustum.nearM;
+    Visit root{_graph.root(), Visibility::kAllPlanes, true, true, false, 0.0};
+    ++stats.tilesVisited;
+    if (!visibility.sees(_graph[root.slot].box, root.planes)) {
+        return;
+    }
+    root.distanceM = distanceM(_graph[root.slot].box, view.eye);
+    _visits.push_back(root);
+    for (size_t i = 0; i < _visits.size(); ++i) {
+        const Visit parent = _visits[i];
+        const PageGraph::Slot& slot = _graph[parent.slot];
+        if (parent.open) {
+            _open.push_back(parent.slot);
+        }
+        for (size_t q = 0; q < 4; ++q) {
+            const int32_t page = _pages[static_cast<size_t>(slot.page)].child[q];
+            if (page == kNoPage) {
+                continue;
+            }
+            if (slot.child[q] < 0) {
+                visitMissing(parent, page, view, reach, visibility, stats);
+                continue;
+            }
+            const PageGraph::Slot& child = _graph[slot.child[q]];
+            Visit visit{slot.child[q], parent.planes, false, false, false, distanceM(child.box, view.eye)};
+            // A little more, so that rounding cannot close a page that has an active vertex.
+            const double reachM = reach * child.vertices.largestErrorM() + child.vertices.largestRadiusM();
+            visit.open = parent.open && reachM * (1.0 + 1e-9) + 1e-3 > visit.distanceM;
+            visit.textured = _alpha * slot.texelM > _settings.texelPx * std::max(visit.distanceM, nearM);
+            if (!visit.open && !visit.textured) {
+                continue;
+            }
+            ++stats.tilesVisited;
+            if (visibility.sees(child.box, visit.planes)) {
+                _visits.push_back(visit);
+            }
+        }
+    }
+}
+
+// A page that is not resident: what its absence costs, and whether it should be loaded.
+void TreeSelector::visitMissing(const Visit& parent, int32_t page, const ViewState& view, double reach,
+                                const Visibility& visibility, LodStats& stats)
+{
+    const PageNode& node = _pages[static_cast<size_t>(page)];
+    const PageGraph::Slot& above = _graph[parent.slot];
+    TileBox box = tileBox(_shape, {node.depth, node.x, node.y}, node.minHeightM, node.maxHeightM);
+    box.half += above.vertices.largestRadiusM();
+    const double distance = distanceM(box, view.eye);
+    // Its vertices have at most their parents' errors and balls.
+    const double errorM = (1.0 - kMorphBand) * above.vertices.largestErrorM();
+    const bool lacksVertices = parent.open && reach * errorM + above.vertices.largestRadiusM() > distance;
+    const double texelPx = _alpha * above.texelM / std::max(distance, view.frustum.nearM);
+    Visibility::PlaneMask planes = parent.planes;
+    if ((!lacksVertices && texelPx <= _settings.texelPx) || !visibility.sees(box, planes)) {
+        return;
+    }
+    ++stats.tilesMissing;
+    double urgency = texelPx / _settings.texelPx;
+    if (lacksVertices) {
+        const double px = _alpha * errorM / std::max(distance, view.frustum.nearM);
+        _missingPx = std::max(_missingPx, px);
+        urgency = std::max(urgency, px * reach / _alpha);
+    }
+    if (_wanted.size() < _wanted.capacity()) {
+        _wanted.push_back({urgency, page});
+    }
+}
+
+// A page is drawn when its texels or its vertices are needed, and its parent is drawn.
+void TreeSelector::choosePages()
+{
+    _drawn.clear();
+    for (Visit& visit : _visits) {
+        _visitOf[static_cast<size_t>(visit.slot)] = static_cast<int32_t>(&visit - _visits.data());
+        const int32_t parent = _graph[visit.slot].parent;
+        visit.drawn =
+            parent < 0 || (_visits[static_cast<size_t>(_visitOf[static_cast<size_t>(parent)])].drawn &&
+                           (visit.textured || _tree.activeCount(visit.slot) > 0));
+        if (visit.drawn) {
+            _drawn.push_back(visit.slot);
+        }
+    }
+}
+
+uint32_t TreeSelector::trianglesInView(const ViewState& view)
+{
+    uint32_t triangles = 0;
+    for (const Visit& visit : _visits) {
+        if (visit.drawn) {
+            triangles += _lists.cull(visit.slot, view.eye.m, _planes, visit.planes);
+        }
+    }
+    return triangles;
+}
+
+void TreeSelector::emit(const ViewState& view, DrawList& out)
+{
+    _order.clear();
+    for (size_t i = 0; i < _visits.size(); ++i) {
+        _order.push_back(static_cast<int32_t>(i));
+        out.usedPages.push_back(static_cast<uint32_t>(_graph[_visits[_visits.size() - 1 - i].slot].page));
+    }
+    std::sort(_order.begin(), _order.end(), [this](int32_t a, int32_t b) {
+        const double da = _visits[static_cast<size_t>(a)].distanceM;
+        const double db = _visits[static_cast<size_t>(b)].distanceM;
+        return da != db ? da < db : a > b; // the deeper one first
+    });
+    for (const int32_t i : _order) {
+        const Visit& visit = _visits[static_cast<size_t>(i)];
+        if (!visit.drawn) {
+            continue;
+        }
+        const auto first = static_cast<uint32_t>(out.indices.size());
+        _lists.append(visit.slot, out.indices);
+        const auto count = static_cast<uint32_t>(out.indices.size()) - first;
+        if (count > 0) {
+            out.lists.push_back({static_cast<uint32_t>(_graph[visit.slot].page), first, count,
+                                 static_cast<float>(visit.distanceM)});
+        }
+    }
+    std::sort(_wanted.begin(), _wanted.end(), [](const Wanted& a, const Wanted& b) {
+        return a.urgency != b.urgency ? a.urgency > b.urgency : a.page < b.page;
+    });
+    for (size_t i = 0; i < std::min(_wanted.size(), kWantedCapacity); ++i) {
+        out.wantedPages.push_back(static_cast<uint32_t>(_wanted[i].page));
+    }
+    out.morph = {static_cast<float>(_reach), static_cast<float>(std::min(_cutM, 1e30))};
+    out.stats.triangles = static_cast<uint32_t>(out.indices.size() / 3);
+    assert(out.stats.triangles <= _settings.triangleBudget);
+    const double nearM = view.frustum.nearM;
+    const double tauPx =
+        _reach > 0.0 ? _alpha / _reach : _alpha * _graph[_graph.root()].vertices.largestErrorM() / nearM;
+    out.stats.tauPx = static_cast<float>(std::min(tauPx, 1e30));
+    out.stats.errorPx = boundPx(view, std::max({tauPx, _missingPx, _tree.heldBackPx(_alpha, nearM)}));
+}
+
+// From alpha delta / distance to pixels anywhere in the picture: at an angle theta from its middle a
+// displacement e at distance d moves a point by at most alpha e / (d cos^2 theta (1 - e / (d cos theta))).
+float TreeSelector::boundPx(const ViewState& view, double px) const noexcept
+{
+    const Frustum& f = view.frustum;
+    const double x = std::max(std::abs(f.left), std::abs(f.right));
+    const double y = std::max(std::abs(f.bottom), std::abs(f.top));
+    const double stretch = 1.0 + x * x + y * y; // 1 / cos^2 theta in the farthest corner
+    const double rest = 1.0 - px / _alpha * std::sqrt(stretch);
+    constexpr double kUnbounded = 1e30;
+    return static_cast<float>(rest > 0.0 ? std::min(px * stretch / rest, kUnbounded) : kUnbounded);
+}
+
+} // namespace ig::lod

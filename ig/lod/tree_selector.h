@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+// Per-vertex level of detail, the methods `bintree` and `hybrid`: longest-edge bisection over the whole
+// terrain with an exact triangle budget and a morph that cannot pop.
+//
+//   bintree  every vertex is culled by the frustum by itself: the fewest triangles
+//            (SOAR: Lindstrom & Pascucci 2001)
+//   hybrid   pages are culled, and clusters of their lists; the active set and the lists do not change while
+//            the eye only turns
+//
+// Both keep the active set from frame to frame and look again only at vertices whose live range has ended
+// (vertex_tree.h); index lists are made again only where it changed (page_lists.h).
+//
+// Morph. An active vertex is drawn at weight w between the middle of the edge that it splits (0) and its own
+// place (1):
+//
+//   w = clamp(min((kappa delta_v + r_v - |P - v|) / (b kappa delta_v), (delta_v - cut) / (b delta_v)), 0, 1)
+//
+// with b = kMorphBand. Since delta_parent >= delta_v / (1 - b), all other corners of a triangle whose newest
+// vertex is v are at w = 1 when v begins to move: vertices come and go without a step. The surface drawn at
+// w lies within delta_v (1 - w b) of the terrain, at a distance of at least kappa delta_v (1 - w b) from the
+// eye: its projected error is at most alpha / kappa = tau at every weight.
+//
+// Speed. cut = max(near, kMorphFrames V / b) / kappa for V metres a frame: what the eye would pass before it
+// has been morphed in over that many frames is held back. Its error is in the bound that is stated.
+//
+// Budget. tau follows the triangles in view: it moves slowly while the eye moves, stands still with it, and
+// is made larger at once, in the same frame, when the view would need more than the budget. After a jump it
+// is looked for at once. Two triangles always fit.
+#pragma once
+
+#include "ig/geo/view_state.h"
+#include "ig/lod/draw_list.h"
+#include "ig/lod/page_lists.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace ig::lod {
+
+struct TreeSettings {
+    uint32_t triangleBudget = 24'000; // never exceeded; at least kSmallestTreeBudget
+    float tolerancePx = 1.0F;         // tau does not fall below it; > 0
+    // Triangles are drawn with the texture of a finer page where a texel of theirs is wider than this.
+    float texelPx = 2.0F;
+    bool cullVertices = false; // bintree; else hybrid
+    bool liveRanges = true;    // off: everything is evaluated in each frame, with the same result
+};
+
+// Two triangles cover the grid.
+inline constexpr uint32_t kSmallestTreeBudget = 2;
+
+class TreeSelector {
+public:
+    // pages: of the dataset, page 0 the root; must outlive the selector. slots: resident at one time.
+    TreeSelector(const TerrainShape& shape, std::span<const PageNode> pages, uint32_t slots,
+                 const TreeSettings& settings);
+    TreeSelector(const TreeSelector&) = delete;
+    TreeSelector& operator=(const TreeSelector&) = delete;
+
+    // A page has come into a slot; its parent is resident. Heights and codes as BintreePage::set.
+    void addPage(uint32_t page, uint32_t slot, std::span<const int16_t> height, double heightScaleM,
+                 double heightOffsetM, std::span<const uint8_t> errorCode,
+                 std::span<const uint8_t> radiusCode);
+    // The page leaves its slot. It was not used by the last selection, nor is any of its children resident.
+    void removePage(uint32_t slot);
+
+    void setTriangleBudget(uint32_t triangles) noexcept { _settings.triangleBudget = triangles; }
+
+    // Fills out for this view. When the root is missing, nothing is drawn and the root is wanted. usedPages
+    // names children before their parents. No allocation once it has seen the like.
+    void select(const ViewState& view, DrawList& out);
+
+private:
+    // A page that the view may need, and why.
+    struct Visit {
+        int32_t slot;
+        Visibility::PlaneMask planes; // that it is not wholly inside of
+        bool open;                    // its vertices may be wanted
+        bool textured;                // its texels are
+        bool drawn;
+        double distanceM;
+    };
+    struct Wanted {
+        double urgency;
+        int32_t page;
+    };
+    // How the view moved since the last one.
+    struct Motion {
+        double movedM = 0;
+        double turnRad = 0;
+        bool jumped = true;
+    };
+
+    Motion motionTo(const ViewState& view) const noexcept;
+    double nextReach(const Motion& motion) const noexcept;
+    void solve(const ViewState& view, const Motion& motion, double reach, LodStats& stats);
+    uint32_t refine(const ViewState& view, double reach, double turnRad, bool everything, LodStats& stats);
+    double cutFor(const ViewState& view, double reach) const noexcept;
+    void visitPages(const ViewState& view, double reach, LodStats& stats);
+    void visitMissing(const Visit& parent, int32_t page, const ViewState& view, double reach,
+                      const Visibility& visibility, LodStats& stats);
+    void choosePages();
+    uint32_t trianglesInView(const ViewState& view);
+    void emit(const ViewState& view, DrawList& out);
+    float boundPx(const ViewState& view, double px) const noexcept;
+
+    TerrainShape _shape;
+    std::span<const PageNode> _pages;
+    TreeSettings _settings;
+    PageGraph _graph;
+    VertexTree _tree;
+    PageLists _lists;
+    // Of the last selection.
+    ViewState _view;
+    bool _hasView = false;
+    double _reach = 0;
+    double _cutM = 0;
+    uint32_t _triangles = 0;
+    double _speedM = 0; // metres a frame, falling slowly
+    double _missingPx = 0;
+    double _alpha = 1;
+    double _finestReach = 1;
+    std::array<glm::dvec4, 5> _planes{};
+    // Scratch.
+    std::vector<Visit> _visits;
+    std::vector<int32_t> _visitOf; // by slot: index in _visits, or -1
+    std::vector<int32_t> _open, _drawn, _order;
+    std::vector<Wanted> _wanted;
+};
+
+} // namespace ig::lod

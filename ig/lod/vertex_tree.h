@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+// The active vertices of the bin-tree, kept from frame to frame. A vertex is active when it exists
+// (page_graph.h), its parents are active, and it is wanted:
+//
+//   |P - v| < kappa delta_v + r_v,  kappa = alpha / tau       [Lindstrom & Pascucci 2001, eq. 5]
+//   delta_v > cut                                             (what flies past too fast to be morphed in)
+//   its ball is in the frustum                                (only if culled by vertex)
+//
+// so the set follows from the view alone, whatever came before, and has each active vertex's parents: the
+// mesh has neither cracks nor T-junctions.
+//
+// Live ranges (the idea of SMART; here for one clock). The answer for a vertex cannot change before the eye
+// has used up its margin, the distance between the two sides of the inequality: moving by V uses up V, a
+// change of kappa delta |dkappa|, and a turn by omega at most |P - v| omega of the frustum's margin. One
+// clock serves all: in each frame it advances by the largest of V / V0, |dkappa| / k0 and omega / omega0, so
+// a vertex whose margin is m can wait for m / (V0 + delta k0) ticks, for any constants V0, k0, omega0. Due
+// vertices come out of a ring of buckets; nobody else is looked at.
+#pragma once
+
+#include "ig/lod/page_graph.h"
+
+#include <glm/vec4.hpp>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace ig::lod {
+
+class VertexTree {
+public:
+    // What decides about a vertex.
+    struct Criteria {
+        glm::dvec3 eye{0.0};                // ECEF, m
+        std::array<glm::dvec4, 5> planes{}; // as frustumPlanes()
+        double reach = 0;                   // kappa
+        double cutM = 0;
+    };
+
+    // graph must outlive the tree. cullVertices: by frustum, vertex by vertex.
+    VertexTree(PageGraph& graph, bool cullVertices);
+
+    // Makes the active set that of these criteria and of the open pages (given as slots; any order). turnRad:
+    // the angle between the last frustum and this one, which is the same but for its attitude.
+    // everything: looks at each vertex again, whatever its live range says.
+    void update(const Criteria& criteria, double turnRad, std::span<const int32_t> openSlots,
+                bool everything);
+
+    bool isActive(VertexId v) const noexcept
+    {
+        return v == kBeyondGrid || (v != kNoVertex && (_flags[v] & kActive) != 0);
+    }
+    uint32_t activeCount(int32_t slot) const noexcept { return _activeCount[static_cast<size_t>(slot)]; }
+
+    // Vertices that came or went in the last update; when everything was looked at again, the list is empty
+    // and startedOver() true.
+    std::span<const VertexId> changed() const noexcept { return _changed; }
+    bool startedOver() const noexcept { return _startedOver; }
+    uint32_t evaluated() const noexcept { return _evaluated; } // in the last update
+
+    // Largest alpha delta / distance of the vertices that only the cut leaves out and whose ball is in view.
+    // distances below nearM count as it.
+    double heldBackPx(double alpha, double nearM);
+
+private:
+    enum Flag : uint8_t { kActive = 1, kEnabled = 2, kHeld = 4, kListed = 8 };
+    struct Due {
+        double tick;
+        VertexId vertex;
+        uint32_t next;
+        uint8_t version;
+    };
+    static constexpr size_t kBuckets = 4096;
+    static constexpr uint32_t kNoDue = UINT32_MAX;
+
+    void clear();
+    void advance(const Criteria& criteria, double turnRad);
+    void openPage(int32_t slot);
+    void closePage(int32_t slot);
+    void cutMoved(double fromM, double toM);
+    void takeDue();
+    void takeBucket(size_t bucket);
+    void consider(VertexId v);
+    void evaluate(VertexId v);
+    void activate(VertexId v);
+    void deactivate(VertexId v);
+    void disable(VertexId v);
+    void schedule(VertexId v, double ticks);
+
+    PageGraph& _graph;
+    bool _cullVertices;
+    Criteria _criteria;
+    bool _fresh = true; // nothing is known yet
+    std::array<double, 256> _codeM{};
+    std::array<double, 256> _reachM{};     // kappa delta of each code
+    std::vector<uint8_t> _flags, _version; // by VertexId
+    std::vector<uint32_t> _activeCount;    // by slot
+    std::vector<int32_t> _open, _sorted;   // slots
+    std::vector<uint8_t> _keep;            // by slot
+    std::vector<VertexId> _changed, _held;
+    bool _startedOver = false;
+    uint32_t _evaluated = 0;
+    // The ring.
+    double _now = 0;     // ticks
+    uint64_t _taken = 0; // the last tick whose bucket has been looked at
+    double _kappaPerTick = 1;
+    std::array<uint32_t, kBuckets> _bucket{};
+    std::vector<Due> _due;
+    uint32_t _freeDue = kNoDue;
+};
+
+} // namespace ig::lod
