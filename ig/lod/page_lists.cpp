@@ -7,21 +7,28 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <cassert>
+#include <bit>
 
 namespace ig::lod {
 
 namespace {
 
 constexpr int kHalf = kPageIntervals / 2;
-// Bisections from a page's own two triangles to those of its children.
+constexpr int kWindow = kPageIntervals / 4;
+// Bisections from a page's own two triangles to those of its children, and to those of its windows.
 constexpr int kChildLevel = 2;
+constexpr int kWindowLevel = 4;
+// Rounding of float offsets within a page, and more.
+constexpr float kRoundingShare = 1e-6F;
 
 } // namespace
 
 PageLists::PageLists(const PageGraph& graph, const VertexTree& tree)
     : _graph(graph), _tree(tree), _pages(graph.slots())
 {
+    for (size_t code = 0; code < _codeM.size(); ++code) {
+        _codeM[code] = static_cast<float>(decodeM(static_cast<uint8_t>(code)));
+    }
 }
 
 void PageLists::update(std::span<const int32_t> drawn)
@@ -35,51 +42,58 @@ void PageLists::update(std::span<const int32_t> drawn)
     for (const int32_t slot : drawn) {
         _pages[static_cast<size_t>(slot)].drawn = true;
     }
-    const auto dirtyParent = [this](int32_t slot) {
-        if (const int32_t parent = _graph[slot].parent; parent >= 0) {
-            _pages[static_cast<size_t>(parent)].dirty = true;
-        }
-    };
     for (const int32_t slot : _drawn) {
         Page& page = _pages[static_cast<size_t>(slot)];
         if (!page.drawn) {
-            free(page);
-            page.wasDrawn = page.dirty = false;
-            dirtyParent(slot);
+            std::for_each(page.first.begin(), page.first.end(), [this](uint32_t& first) { free(first); });
+            page.wasDrawn = false;
+            page.dirty = 0;
+            markQuadrant(slot);
         }
     }
     _drawn.assign(drawn.begin(), drawn.end());
     for (const int32_t slot : _drawn) {
         Page& page = _pages[static_cast<size_t>(slot)];
         if (!page.wasDrawn) {
-            page.dirty = true;
-            dirtyParent(slot);
+            page.dirty = kAllLists;
+            markQuadrant(slot);
         }
         page.wasDrawn = false;
-        page.dirty = page.dirty || _tree.startedOver();
+        page.dirty |= _tree.startedOver() ? kAllLists : 0U;
     }
     for (const VertexId v : _tree.changed()) {
         markAround(v);
     }
     for (const int32_t slot : _drawn) {
         Page& page = _pages[static_cast<size_t>(slot)];
-        const auto halves = static_cast<uint8_t>((isThere(slot, half(slot, 0)[0]) ? 1 : 0) |
-                                                 (isThere(slot, half(slot, 1)[0]) ? 2 : 0));
-        if (page.dirty || page.halves != halves) {
+        const uint8_t halves = halvesOf(slot, 0, 0, kPageIntervals);
+        if (page.halves != halves) {
             page.halves = halves;
+            page.dirty = kAllLists;
+        }
+        if (page.dirty != 0) {
             make(slot);
         }
     }
 }
 
-// The lists that hold the triangles which the vertex splits.
+// A page begins or ceases to draw its quadrant of its parent.
+void PageLists::markQuadrant(int32_t child)
+{
+    const int32_t parent = _graph[child].parent;
+    if (parent >= 0) {
+        const int west = _graph[child].originCol / kHalf; // in windows
+        const int north = _graph[child].originRow / kHalf;
+        const ListMask pair = ListMask{3} << (north * 4 + west);
+        _pages[static_cast<size_t>(parent)].dirty |= pair | pair << 4 | ListMask{1} << kTop;
+    }
+}
+
+// The lists that hold the triangles which the vertex splits, or their halves.
 void PageLists::markAround(VertexId v)
 {
     const PageGraph::Place p = _graph.place(v);
     const int s = p.spacing;
-    if (_graph[p.slot].page == kNoPage) {
-        return; // closed since, and its lists gone with it
-    }
     if (p.isCentre()) {
         markTriangles(p.slot, p.col - s, p.row - s, p.col + s, p.row + s);
     } else if ((p.col / s & 1) != 0) {
@@ -91,7 +105,8 @@ void PageLists::markAround(VertexId v)
     }
 }
 
-// The list of the deepest drawn page that holds an area, given in posts of a page, or of the page beside it.
+// The lists over an area, given in posts of a page or just beside it, of the deepest drawn page that holds
+// it.
 void PageLists::markTriangles(int32_t slot, int col0, int row0, int col1, int row1)
 {
     const auto cross = [&](PageSide side, int& low, int& high, int shift) {
@@ -111,15 +126,13 @@ void PageLists::markTriangles(int32_t slot, int col0, int row0, int col1, int ro
     if (slot < 0 || !_pages[static_cast<size_t>(slot)].drawn) {
         return; // then all of it is drawn anew, or not at all
     }
+    // A child that holds the area draws it.
     for (;;) {
-        const bool inOne = (col1 <= kHalf || col0 >= kHalf) && (row1 <= kHalf || row0 >= kHalf);
-        if (!inOne) {
-            break;
-        }
         const int east = col0 >= kHalf ? 1 : 0;
         const int south = row0 >= kHalf ? 1 : 0;
+        const bool inOne = (col1 <= kHalf || east == 1) && (row1 <= kHalf || south == 1);
         const int32_t child = _graph[slot].child[static_cast<size_t>(south * 2 + east)];
-        if (child < 0 || !_pages[static_cast<size_t>(child)].drawn) {
+        if (!inOne || child < 0 || !_pages[static_cast<size_t>(child)].drawn) {
             break;
         }
         slot = child;
@@ -127,147 +140,212 @@ void PageLists::markTriangles(int32_t slot, int col0, int row0, int col1, int ro
         col1 = (col1 - east * kHalf) * 2;
         row0 = (row0 - south * kHalf) * 2;
         row1 = (row1 - south * kHalf) * 2;
-        if (col1 - col0 > kPageIntervals || row1 - row0 > kPageIntervals) {
-            break;
+    }
+    ListMask lists = 0;
+    const int lastCol = (col1 - 1) / kWindow;
+    const int lastRow = (row1 - 1) / kWindow;
+    for (int row = row0 / kWindow; row <= lastRow; ++row) {
+        for (int col = col0 / kWindow; col <= lastCol; ++col) {
+            lists |= ListMask{1} << (row * 4 + col);
         }
     }
-    _pages[static_cast<size_t>(slot)].dirty = true;
+    if (!std::has_single_bit(lists)) {
+        lists |= ListMask{1} << kTop;
+    }
+    _pages[static_cast<size_t>(slot)].dirty |= lists;
 }
 
-PageLists::Corner PageLists::corner(int32_t slot, int col, int row) const
+bool PageLists::isThere(int32_t slot, int col, int row) const
 {
-    const BintreePage& vertices = _graph[slot].vertices;
-    const auto post = static_cast<uint32_t>(row * kPagePosts + col);
-    return {col, row, vertices.position(post), decodeM(vertices.errorCode(post))};
+    return _tree.isActive(_graph.vertexAt(slot, col, row));
 }
 
-// One of the two triangles that cover the page: apex, left, right. Their hypotenuse is the diagonal from the
-// corner both of whose coordinates are odd multiples of a page.
-std::array<PageLists::Corner, 3> PageLists::half(int32_t slot, int which) const
+PageLists::Corner PageLists::corner(int col, int row) const
+{
+    const BintreePage& vertices = _graph[_making.slot].vertices;
+    const auto post = static_cast<uint32_t>(row * kPagePosts + col);
+    const glm::vec3 place(vertices.position(post) - _making.middle);
+    // The morph moves it by at most its error.
+    const float slackM = _codeM[vertices.errorCode(post)] +
+                         kRoundingShare * (std::abs(place.x) + std::abs(place.y) + std::abs(place.z));
+    return {col, row, place - slackM, place + slackM};
+}
+
+// The two triangles of a square of the bin-tree: bit 0 the eastern apex's, bit 1 the western one's. A
+// triangle is there when its apex is active, which made it. The hypotenuse is the diagonal from the corner
+// both of whose coordinates are odd multiples of the square's size.
+uint8_t PageLists::halvesOf(int32_t slot, int west, int north, int size) const
 {
     const PageNode& node = _graph.node(slot);
-    const int col = (node.x & 1U) != 0 ? 0 : kPageIntervals;
-    const int row = (node.y & 1U) != 0 ? 0 : kPageIntervals;
-    const bool falling = col == row; // the diagonal runs from north-west to south-east
-    Corner apex, left, right;
-    if (which == 0) { // the eastern apex
-        apex = corner(slot, kPageIntervals, falling ? 0 : kPageIntervals);
-        left = falling ? corner(slot, 0, 0) : corner(slot, kPageIntervals, 0);
-        right = falling ? corner(slot, kPageIntervals, kPageIntervals) : corner(slot, 0, kPageIntervals);
-    } else {
-        apex = corner(slot, 0, falling ? kPageIntervals : 0);
-        left = falling ? corner(slot, kPageIntervals, kPageIntervals) : corner(slot, 0, kPageIntervals);
-        right = falling ? corner(slot, 0, 0) : corner(slot, kPageIntervals, 0);
-    }
-    return {apex, left, right};
+    const bool oddCol = size == kPageIntervals ? (node.x & 1U) != 0 : (west / size & 1) != 0;
+    const bool oddRow = size == kPageIntervals ? (node.y & 1U) != 0 : (north / size & 1) != 0;
+    const bool falling = oddCol == oddRow; // the diagonal runs from north-west to south-east
+    const int eastRow = falling ? north : north + size;
+    const int westRow = falling ? north + size : north;
+    return static_cast<uint8_t>((isThere(slot, west + size, eastRow) ? 1 : 0) |
+                                (isThere(slot, west, westRow) ? 2 : 0) | (falling ? 4 : 0));
 }
 
-bool PageLists::isThere(int32_t slot, const Corner& apex) const
+void PageLists::free(uint32_t& first)
 {
-    return _tree.isActive(_graph.vertexAt(slot, apex.col, apex.row));
-}
-
-void PageLists::free(Page& page)
-{
-    while (page.first != kNone) {
-        const uint32_t next = _clusters[page.first].next;
-        _clusters[page.first].next = _freeCluster;
-        _freeCluster = page.first;
-        page.first = next;
+    while (first != kNone) {
+        const uint32_t next = _clusters[first].next;
+        _clusters[first].next = _freeCluster;
+        _freeCluster = first;
+        first = next;
     }
 }
 
+// Makes a page's lists that have changed.
 void PageLists::make(int32_t slot)
 {
     Page& page = _pages[static_cast<size_t>(slot)];
-    free(page);
-    page.dirty = false;
-    _making = &page;
-    _current = kNone;
-    for (int which = 0; which < 2; ++which) {
-        if ((page.halves & (1 << which)) != 0) {
-            const std::array<Corner, 3> t = half(slot, which);
-            emit(slot, 0, t[0], t[1], t[2]);
+    const ListMask dirty = page.dirty;
+    page.dirty = 0;
+    _making.slot = slot;
+    _making.middle = _graph[slot].box.centre;
+    for (size_t list = 0; list <= kTop; ++list) {
+        if ((dirty >> list & 1U) == 0) {
+            continue;
         }
+        free(page.first[list]);
+        _making.list = list;
+        _making.cluster = kNone;
+        const auto window = static_cast<int>(list);
+        if (list == kTop) {
+            emitSquare(0, 0, kPageIntervals, page.halves);
+        } else {
+            const int32_t child = _graph[slot].child[list / 8 * 2 + list % 4 / 2];
+            if (child >= 0 && _pages[static_cast<size_t>(child)].drawn) {
+                continue;
+            }
+            const int west = window % 4 * kWindow;
+            const int north = window / 4 * kWindow;
+            emitSquare(west, north, kWindow, halvesOf(slot, west, north, kWindow));
+        }
+        ++_made;
     }
-    _making = nullptr;
-    ++_made;
 }
 
-void PageLists::emit(int32_t slot, int level, const Corner& apex, const Corner& left, const Corner& right)
+void PageLists::emitSquare(int west, int north, int size, unsigned halves)
 {
-    if (level == kChildLevel) {
-        const int east = apex.col + left.col + right.col > 3 * kHalf ? 1 : 0;
-        const int south = apex.row + left.row + right.row > 3 * kHalf ? 1 : 0;
-        const int32_t child = _graph[slot].child[static_cast<size_t>(south * 2 + east)];
-        if (child >= 0 && _pages[static_cast<size_t>(child)].drawn) {
-            return;
+    if ((halves & 3U) == 0) {
+        return;
+    }
+    const int level = size == kPageIntervals ? 0 : kWindowLevel;
+    const Corner nw = corner(west, north);
+    const Corner ne = corner(west + size, north);
+    const Corner sw = corner(west, north + size);
+    const Corner se = corner(west + size, north + size);
+    const bool falling = (halves & 4U) != 0;
+    if ((halves & 1U) != 0) {
+        falling ? emit(ne, nw, se, level) : emit(se, ne, sw, level);
+    }
+    if ((halves & 2U) != 0) {
+        falling ? emit(sw, se, nw, level) : emit(nw, sw, ne, level);
+    }
+}
+
+void PageLists::emit(const Corner& apex, const Corner& left, const Corner& right, int level)
+{
+    if (_making.list == kTop) {
+        if (level == kWindowLevel) {
+            return; // its window's
+        }
+        if (level == kChildLevel) {
+            const int east = apex.col + left.col + right.col > 3 * kHalf ? 1 : 0;
+            const int south = apex.row + left.row + right.row > 3 * kHalf ? 1 : 0;
+            const int32_t child = _graph[_making.slot].child[static_cast<size_t>(south * 2 + east)];
+            if (child >= 0 && _pages[static_cast<size_t>(child)].drawn) {
+                return;
+            }
         }
     }
     const int col2 = left.col + right.col;
     const int row2 = left.row + right.row;
-    if (((col2 | row2) & 1) != 0 || !_tree.isActive(_graph.vertexAt(slot, col2 / 2, row2 / 2))) {
+    if (((col2 | row2) & 1) != 0 || !isThere(_making.slot, col2 / 2, row2 / 2)) {
         put(apex, left, right);
         return;
     }
-    const Corner middle = corner(slot, col2 / 2, row2 / 2);
-    emit(slot, level + 1, middle, apex, left);
-    emit(slot, level + 1, middle, right, apex);
+    const Corner middle = corner(col2 / 2, row2 / 2);
+    emit(middle, apex, left, level + 1);
+    emit(middle, right, apex, level + 1);
 }
 
 void PageLists::put(const Corner& apex, const Corner& left, const Corner& right)
 {
-    if (_current == kNone || _clusters[_current].triangles == kClusterTriangles) {
+    if (_making.cluster == kNone || _clusters[_making.cluster].triangles == kClusterTriangles) {
         if (_freeCluster == kNone) {
             _freeCluster = static_cast<uint32_t>(_clusters.size());
             _clusters.emplace_back();
         }
         const uint32_t fresh = _freeCluster;
+        uint32_t& first = _pages[static_cast<size_t>(_making.slot)].first[_making.list];
         _freeCluster = _clusters[fresh].next;
-        _clusters[fresh].next = _making->first;
+        _clusters[fresh].next = first;
         _clusters[fresh].triangles = 0;
-        _clusters[fresh].low = glm::dvec3(1e300);
-        _clusters[fresh].high = glm::dvec3(-1e300);
-        _making->first = _current = fresh;
+        _clusters[fresh].low = left.low;
+        _clusters[fresh].high = left.high;
+        _making.cluster = first = fresh;
     }
-    Cluster& cluster = _clusters[_current];
+    Cluster& cluster = _clusters[_making.cluster];
     size_t at = size_t{3} * cluster.triangles++;
     for (const Corner* c : {&apex, &left, &right}) {
         cluster.index[at++] = static_cast<uint16_t>(c->row * kPagePosts + c->col);
-        cluster.low = glm::min(cluster.low, c->place - c->slackM);
-        cluster.high = glm::max(cluster.high, c->place + c->slackM);
+        cluster.low = glm::min(cluster.low, c->low);
+        cluster.high = glm::max(cluster.high, c->high);
     }
 }
 
 uint32_t PageLists::cull(int32_t slot, const glm::dvec3& eye, std::span<const glm::dvec4> planes,
                          unsigned mask)
 {
-    uint32_t triangles = 0;
-    for (uint32_t at = _pages[static_cast<size_t>(slot)].first; at != kNone; at = _clusters[at].next) {
-        Cluster& cluster = _clusters[at];
-        const glm::dvec3 middle = 0.5 * (cluster.low + cluster.high) - eye;
-        const glm::dvec3 half = 0.5 * (cluster.high - cluster.low);
-        cluster.visible = true;
-        for (size_t k = 0; k < planes.size(); ++k) {
+    // Planes through offsets from the page's middle, moved out by what floats leave of them.
+    struct Plane {
+        glm::vec3 normal;
+        float w;
+    };
+    std::array<Plane, 8> tested;
+    size_t count = 0;
+    const glm::dvec3 middle = _graph[slot].box.centre - eye;
+    for (size_t k = 0; k < planes.size(); ++k) {
+        if ((mask >> k & 1U) != 0) {
             const glm::dvec3 normal(planes[k]);
-            if ((mask >> k & 1U) != 0 &&
-                glm::dot(normal, middle) + planes[k].w + glm::dot(glm::abs(normal), half) < 0.0) {
-                cluster.visible = false;
-                break;
-            }
+            const double w = glm::dot(normal, middle) + planes[k].w;
+            tested[count++] = {glm::vec3(normal), static_cast<float>(w + 1e-6 * std::abs(w) + 1e-3)};
         }
-        triangles += cluster.visible ? cluster.triangles : 0U;
+    }
+    uint32_t triangles = 0;
+    for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
+        for (uint32_t at = first; at != kNone; at = _clusters[at].next) {
+            Cluster& cluster = _clusters[at];
+            cluster.visible = true;
+            for (size_t k = 0; k < count; ++k) {
+                // The box's corner that is farthest along the normal.
+                const glm::vec3& n = tested[k].normal;
+                const float side = n.x * (n.x > 0 ? cluster.high.x : cluster.low.x) +
+                                   n.y * (n.y > 0 ? cluster.high.y : cluster.low.y) +
+                                   n.z * (n.z > 0 ? cluster.high.z : cluster.low.z) + tested[k].w;
+                if (side < 0.0F) {
+                    cluster.visible = false;
+                    break;
+                }
+            }
+            triangles += cluster.visible ? cluster.triangles : 0U;
+        }
     }
     return triangles;
 }
 
 void PageLists::append(int32_t slot, std::vector<uint16_t>& indices) const
 {
-    for (uint32_t at = _pages[static_cast<size_t>(slot)].first; at != kNone; at = _clusters[at].next) {
-        const Cluster& cluster = _clusters[at];
-        if (cluster.visible) {
-            indices.insert(indices.end(), cluster.index.begin(),
-                           cluster.index.begin() + 3 * cluster.triangles);
+    for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
+        for (uint32_t at = first; at != kNone; at = _clusters[at].next) {
+            const Cluster& cluster = _clusters[at];
+            if (cluster.visible) {
+                indices.insert(indices.end(), cluster.index.begin(),
+                               cluster.index.begin() + 3 * cluster.triangles);
+            }
         }
     }
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Index lists of the pages that are drawn, kept from frame to frame and made again only where a vertex came
 // or went. A page draws the triangles of the active mesh that lie inside it, but for what lies inside a child
-// that is drawn too. Lists are kept in clusters of neighbouring triangles with a box each, so that what is
-// out of view need not be drawn while the lists stay as they are.
+// that is drawn too. It has a list for each of its 4 x 4 windows of 16 intervals, and one for the triangles
+// that are in no window. Lists are kept in clusters of neighbouring triangles with a box each, so that what
+// is out of view need not be drawn while the lists stay as they are.
 #pragma once
 
 #include "ig/lod/vertex_tree.h"
@@ -34,8 +35,13 @@ public:
 private:
     static constexpr uint32_t kClusterTriangles = 32;
     static constexpr uint32_t kNone = UINT32_MAX;
+    static constexpr size_t kTop = 16; // the list of what is in no window
+    using ListMask = uint32_t;         // a bit per list
+    static constexpr ListMask kAllLists = (1U << (kTop + 1)) - 1;
+
     struct Cluster {
-        glm::dvec3 low{0.0}, high{0.0}; // ECEF, m: all corners, wherever the morph has them
+        glm::vec3 low{0.0F},
+            high{0.0F}; // from the page's middle, ECEF axes, m: wherever the morph has corners
         uint32_t next = kNone;
         uint16_t triangles = 0;
         bool visible = false;
@@ -43,35 +49,45 @@ private:
     };
     struct Page {
         bool drawn = false, wasDrawn = false;
-        bool dirty = false;
         uint8_t halves = 0; // which of the page's two triangles are there
-        uint32_t first = kNone;
+        ListMask dirty = 0;
+        std::array<uint32_t, kTop + 1> first; // clusters of each list
+        Page() { first.fill(kNone); }
     };
+    // What is drawn of a vertex stays within this.
     struct Corner {
         int col = 0, row = 0;
-        glm::dvec3 place{0.0};
-        double slackM = 0; // it moves by at most this
+        glm::vec3 low{0.0F}, high{0.0F};
+    };
+    // The list that is being made.
+    struct Making {
+        int32_t slot = -1;
+        glm::dvec3 middle{0.0};
+        size_t list = 0;
+        uint32_t cluster = kNone;
     };
 
     void markAround(VertexId v);
     void markTriangles(int32_t slot, int col0, int row0, int col1, int row1);
-    std::array<Corner, 3> half(int32_t slot, int which) const;
-    bool isThere(int32_t slot, const Corner& apex) const;
-    Corner corner(int32_t slot, int col, int row) const;
+    void markQuadrant(int32_t child);
+    bool isThere(int32_t slot, int col, int row) const;
+    Corner corner(int col, int row) const;
+    uint8_t halvesOf(int32_t slot, int west, int north, int size) const;
     void make(int32_t slot);
-    void emit(int32_t slot, int level, const Corner& apex, const Corner& left, const Corner& right);
+    void emitSquare(int west, int north, int size, unsigned halves);
+    void emit(const Corner& apex, const Corner& left, const Corner& right, int level);
     void put(const Corner& apex, const Corner& left, const Corner& right);
-    void free(Page& page);
+    void free(uint32_t& first);
 
     const PageGraph& _graph;
     const VertexTree& _tree;
+    std::array<float, 256> _codeM{};
     std::vector<Page> _pages; // by slot
     std::vector<int32_t> _drawn;
     std::vector<Cluster> _clusters;
     uint32_t _freeCluster = kNone;
     uint32_t _made = 0;
-    Page* _making = nullptr;
-    uint32_t _current = kNone; // cluster that is being filled
+    Making _making;
 };
 
 } // namespace ig::lod

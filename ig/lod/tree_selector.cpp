@@ -22,11 +22,13 @@ constexpr double kSpeedDecay = 0.95; // a frame
 // What is no flight any more but a jump: 60 km/s and 30 degrees a frame at 60 Hz.
 constexpr double kJumpM = 1000.0;
 constexpr double kJumpRad = 0.5;
-// The share of the budget that tau is led to, and how far kappa moves in a frame. A step of 1 / 200 is a
-// sixteenth of the morph band.
-constexpr double kFullShare = 0.97;
-constexpr double kSlackShare = 0.93;
-constexpr double kReachStep = 0.005;
+// The share of the budget that tau is led to while the eye moves: kappa's relative step in a frame per share
+// amiss, and the largest step, which is 1 / 40 of the morph band. Small steps cost no live range: the eye's
+// own way uses them up as fast.
+constexpr double kAimedShare = 0.95;
+constexpr double kFittingShare = 0.99; // when a frame would exceed it
+constexpr double kReachGain = 0.02;
+constexpr double kReachStep = 0.001;
 // With less than this share the view has changed as by a jump.
 constexpr double kJumpShare = 0.5;
 constexpr double kSettledShare = 0.9;
@@ -86,11 +88,8 @@ double TreeSelector::nextReach(const Motion& motion) const noexcept
 {
     double reach = _reach;
     if (!motion.jumped && (motion.movedM > 0.0 || motion.turnRad > 0.0)) {
-        if (_triangles > kFullShare * _settings.triangleBudget) {
-            reach /= 1.0 + kReachStep;
-        } else if (_triangles < kSlackShare * _settings.triangleBudget) {
-            reach *= 1.0 + kReachStep;
-        }
+        const double share = static_cast<double>(_triangles) / _settings.triangleBudget;
+        reach *= 1.0 + std::clamp(kReachGain * (kAimedShare - share), -kReachStep, kReachStep);
     }
     return reach > 0.0 ? std::min(reach, _finestReach) : _finestReach;
 }
@@ -136,7 +135,7 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
         if (triangles > budget) {
             fails = reach;
             reach = fits > 0.0 ? std::sqrt(fits * fails)
-                               : fails * std::clamp(kFullShare * budget / triangles, 0.3, 0.98);
+                               : fails * std::clamp(kFittingShare * budget / triangles, 0.3, 0.997);
             continue;
         }
         fits = reach;
@@ -146,7 +145,7 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
         reach = std::isfinite(fails)
                     ? std::sqrt(fits * fails)
                     : std::min(_finestReach,
-                               fits * std::clamp(0.95 * budget / std::max(triangles, 1U), 1.05, 4.0));
+                               fits * std::clamp(kAimedShare * budget / std::max(triangles, 1U), 1.05, 4.0));
     }
     if (_reach != fits || _triangles > budget) {
         refine(view, fits, 0.0, motion.jumped, stats);

@@ -17,8 +17,8 @@ namespace {
 // What one tick pays for: about an eighth of a frame at 250 m/s and 60 Hz, so that both slow and fast flight
 // use the ring well. kappa's share is of its value when the tree was started.
 constexpr double kMetresPerTick = 0.5;
-constexpr double kReachSharePerTick = 2.5e-4;
-constexpr double kRadPerTick = 2e-4;
+constexpr double kReachSharePerTick = 6e-5;
+constexpr double kRadPerTick = 1.3e-4;
 // Rounding of positions and distances, generously.
 constexpr double kRoundingM = 1e-4;
 constexpr double kRoundingShare = 1e-12;
@@ -27,28 +27,27 @@ constexpr double kForever = std::numeric_limits<double>::infinity();
 } // namespace
 
 VertexTree::VertexTree(PageGraph& graph, bool cullVertices)
-    : _graph(graph), _cullVertices(cullVertices), _flags(size_t{graph.slots()} * kPagePostTotal, 0),
-      _version(_flags.size(), 0), _activeCount(graph.slots(), 0), _keep(graph.slots(), 0)
+    : _graph(graph), _cullVertices(cullVertices), _state(size_t{graph.slots()} * kPagePostTotal),
+      _activeCount(graph.slots(), 0), _keep(graph.slots(), 0), _bucket(kBuckets)
 {
     for (size_t code = 0; code < _codeM.size(); ++code) {
         _codeM[code] = decodeM(static_cast<uint8_t>(code));
     }
-    _bucket.fill(kNoDue);
 }
 
 void VertexTree::clear()
 {
     for (const int32_t slot : _open) {
-        const auto first = _flags.begin() + static_cast<std::ptrdiff_t>(PageGraph::id(slot, 0, 0));
-        std::fill_n(first, kPagePostTotal, uint8_t{0});
+        const auto first = _state.begin() + static_cast<std::ptrdiff_t>(PageGraph::id(slot, 0, 0));
+        std::fill_n(first, kPagePostTotal, State{});
         _activeCount[static_cast<size_t>(slot)] = 0;
         _graph.close(slot);
     }
     _open.clear();
     _held.clear();
-    _bucket.fill(kNoDue);
-    _due.clear();
-    _freeDue = kNoDue;
+    for (std::vector<Due>& bucket : _bucket) {
+        bucket.clear();
+    }
     _now = 0;
     _taken = 0;
     _startedOver = true;
@@ -121,7 +120,7 @@ void VertexTree::openPage(int32_t slot)
     if (slot == _graph.root()) {
         for (const int row : {0, kPageIntervals}) {
             for (const int col : {0, kPageIntervals}) {
-                _flags[PageGraph::id(slot, col, row)] = kActive; // the grid's corners are always there
+                _state[PageGraph::id(slot, col, row)].flags = kActive; // the grid's corners are always there
             }
         }
         consider(PageGraph::id(slot, kPageIntervals / 2, kPageIntervals / 2));
@@ -137,7 +136,7 @@ void VertexTree::openPage(int32_t slot)
 void VertexTree::closePage(int32_t slot)
 {
     const auto drop = [this](VertexId v) {
-        if (v != kNoVertex && (_flags[v] & kEnabled) != 0) {
+        if (v != kNoVertex && (_state[v].flags & kEnabled) != 0) {
             disable(v);
         }
     };
@@ -147,10 +146,10 @@ void VertexTree::closePage(int32_t slot)
     }
     const VertexId first = PageGraph::id(slot, 0, 0);
     for (VertexId v = first; v < first + kPagePostTotal; ++v) {
-        if ((_flags[v] & kEnabled) != 0) {
+        if ((_state[v].flags & kEnabled) != 0) {
             disable(v);
         }
-        _flags[v] = static_cast<uint8_t>(_flags[v] & kListed);
+        _state[v].flags = static_cast<uint8_t>(_state[v].flags & kListed);
     }
     assert(slot == _graph.root() || _activeCount[static_cast<size_t>(slot)] == 0);
     _graph.close(slot);
@@ -173,7 +172,7 @@ void VertexTree::cutMoved(double fromM, double toM)
         const VertexId first = PageGraph::id(slot, 0, 0);
         const BintreePage& page = _graph[slot].vertices;
         for (uint32_t post = 0; post < kPagePostTotal; ++post) {
-            if ((_flags[first + post] & kEnabled) != 0 && crossed[page.errorCode(post)]) {
+            if ((_state[first + post].flags & kEnabled) != 0 && crossed[page.errorCode(post)]) {
                 evaluate(first + post);
             }
         }
@@ -195,22 +194,15 @@ void VertexTree::takeDue()
 
 void VertexTree::takeBucket(size_t bucket)
 {
-    uint32_t at = _bucket[bucket];
-    _bucket[bucket] = kNoDue;
-    while (at != kNoDue) {
-        const Due due = _due[at];
-        if (due.tick > _now) { // later in this tick, or a round of the ring later
-            _due[at].next = _bucket[bucket];
-            _bucket[bucket] = at;
-        } else {
-            _due[at].next = _freeDue;
-            _freeDue = at;
-            if (due.version == _version[due.vertex] && (_flags[due.vertex] & kEnabled) != 0) {
-                evaluate(due.vertex);
-            }
+    _taking.swap(_bucket[bucket]);
+    for (const Due& due : _taking) {
+        if (due.tick > _now) { // later in this tick
+            _bucket[bucket].push_back(due);
+        } else if (due.version == _state[due.vertex].version && (_state[due.vertex].flags & kEnabled) != 0) {
+            evaluate(due.vertex);
         }
-        at = due.next;
     }
+    _taking.clear();
 }
 
 // Looks at a vertex whose parents may have become active.
@@ -218,7 +210,7 @@ void VertexTree::consider(VertexId v)
 {
     const auto parents = _graph.parents(_graph.place(v));
     if (isActive(parents[0]) && isActive(parents[1])) {
-        _flags[v] |= kEnabled;
+        _state[v].flags |= kEnabled;
         evaluate(v);
     }
 }
@@ -262,15 +254,15 @@ void VertexTree::evaluate(VertexId v)
     schedule(v, ticks);
     const bool wanted = near && visible;
     const bool held = wanted && !(_codeM[code] > _criteria.cutM);
-    if (held != ((_flags[v] & kHeld) != 0)) {
-        _flags[v] ^= kHeld;
-        if ((_flags[v] & (kHeld | kListed)) == kHeld) {
-            _flags[v] |= kListed;
+    if (held != ((_state[v].flags & kHeld) != 0)) {
+        _state[v].flags ^= kHeld;
+        if ((_state[v].flags & (kHeld | kListed)) == kHeld) {
+            _state[v].flags |= kListed;
             _held.push_back(v);
         }
     }
     const bool active = wanted && !held;
-    if (active != ((_flags[v] & kActive) != 0)) {
+    if (active != ((_state[v].flags & kActive) != 0)) {
         if (active) {
             activate(v);
         } else {
@@ -281,7 +273,7 @@ void VertexTree::evaluate(VertexId v)
 
 void VertexTree::activate(VertexId v)
 {
-    _flags[v] |= kActive;
+    _state[v].flags |= kActive;
     ++_activeCount[v / kPagePostTotal];
     _changed.push_back(v);
     std::array<VertexId, 4> children{};
@@ -293,13 +285,13 @@ void VertexTree::activate(VertexId v)
 
 void VertexTree::deactivate(VertexId v)
 {
-    _flags[v] = static_cast<uint8_t>(_flags[v] & ~kActive);
+    _state[v].flags = static_cast<uint8_t>(_state[v].flags & ~kActive);
     --_activeCount[v / kPagePostTotal];
     _changed.push_back(v);
     std::array<VertexId, 4> children{};
     const size_t count = _graph.children(_graph.place(v), children);
     for (size_t i = 0; i < count; ++i) {
-        if ((_flags[children[i]] & kEnabled) != 0) {
+        if ((_state[children[i]].flags & kEnabled) != 0) {
             disable(children[i]);
         }
     }
@@ -308,35 +300,26 @@ void VertexTree::deactivate(VertexId v)
 // A parent has gone.
 void VertexTree::disable(VertexId v)
 {
-    _flags[v] = static_cast<uint8_t>(_flags[v] & ~(kEnabled | kHeld));
-    if ((_flags[v] & kActive) != 0) {
+    _state[v].flags = static_cast<uint8_t>(_state[v].flags & ~(kEnabled | kHeld));
+    if ((_state[v].flags & kActive) != 0) {
         deactivate(v);
     }
 }
 
 void VertexTree::schedule(VertexId v, double ticks)
 {
-    const uint8_t version = ++_version[v];
+    const uint8_t version = ++_state[v].version;
     // The ring's length bounds how long anybody can wait.
     const double tick = _now + std::clamp(ticks, 0.0, static_cast<double>(kBuckets - 2));
-    uint32_t at = _freeDue;
-    if (at != kNoDue) {
-        _freeDue = _due[at].next;
-    } else {
-        at = static_cast<uint32_t>(_due.size());
-        _due.emplace_back();
-    }
-    const size_t bucket = static_cast<uint64_t>(tick) & (kBuckets - 1);
-    _due[at] = {tick, v, _bucket[bucket], version};
-    _bucket[bucket] = at;
+    _bucket[static_cast<uint64_t>(tick) & (kBuckets - 1)].push_back({tick, v, version});
 }
 
 double VertexTree::heldBackPx(double alpha, double nearM)
 {
     double worst = 0;
     std::erase_if(_held, [&](VertexId v) {
-        if ((_flags[v] & kHeld) == 0) {
-            _flags[v] = static_cast<uint8_t>(_flags[v] & ~kListed);
+        if ((_state[v].flags & kHeld) == 0) {
+            _state[v].flags = static_cast<uint8_t>(_state[v].flags & ~kListed);
             return true;
         }
         const BintreePage& page = _graph[static_cast<int32_t>(v / kPagePostTotal)].vertices;

@@ -49,7 +49,7 @@ public:
 
     bool isActive(VertexId v) const noexcept
     {
-        return v == kBeyondGrid || (v != kNoVertex && (_flags[v] & kActive) != 0);
+        return v == kBeyondGrid || (v != kNoVertex && (_state[v].flags & kActive) != 0);
     }
     uint32_t activeCount(int32_t slot) const noexcept { return _activeCount[static_cast<size_t>(slot)]; }
 
@@ -65,14 +65,16 @@ public:
 
 private:
     enum Flag : uint8_t { kActive = 1, kEnabled = 2, kHeld = 4, kListed = 8 };
+    struct State {
+        uint8_t flags = 0;
+        uint8_t version = 0; // of its entry in the ring; older ones are void
+    };
     struct Due {
         double tick;
         VertexId vertex;
-        uint32_t next;
         uint8_t version;
     };
     static constexpr size_t kBuckets = 4096;
-    static constexpr uint32_t kNoDue = UINT32_MAX;
 
     void clear();
     void advance(const Criteria& criteria, double turnRad);
@@ -93,11 +95,11 @@ private:
     Criteria _criteria;
     bool _fresh = true; // nothing is known yet
     std::array<double, 256> _codeM{};
-    std::array<double, 256> _reachM{};     // kappa delta of each code
-    std::vector<uint8_t> _flags, _version; // by VertexId
-    std::vector<uint32_t> _activeCount;    // by slot
-    std::vector<int32_t> _open, _sorted;   // slots
-    std::vector<uint8_t> _keep;            // by slot
+    std::array<double, 256> _reachM{};   // kappa delta of each code
+    std::vector<State> _state;           // by VertexId
+    std::vector<uint32_t> _activeCount;  // by slot
+    std::vector<int32_t> _open, _sorted; // slots
+    std::vector<uint8_t> _keep;          // by slot
     std::vector<VertexId> _changed, _held;
     bool _startedOver = false;
     uint32_t _evaluated = 0;
@@ -105,9 +107,8 @@ private:
     double _now = 0;     // ticks
     uint64_t _taken = 0; // the last tick whose bucket has been looked at
     double _kappaPerTick = 1;
-    std::array<uint32_t, kBuckets> _bucket{};
-    std::vector<Due> _due;
-    uint32_t _freeDue = kNoDue;
+    std::vector<std::vector<Due>> _bucket;
+    std::vector<Due> _taking;
 };
 
 } // namespace ig::lod
