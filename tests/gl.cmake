@@ -7,7 +7,8 @@ ig_test(test_tile_indices SOURCES ${PROJECT_SOURCE_DIR}/tests/gl/test_tile_indic
 set(gl_test_dir ${PROJECT_SOURCE_DIR}/tests/gl)
 add_executable(test_gl
   ${gl_test_dir}/main.cpp ${gl_test_dir}/test_golden.cpp ${gl_test_dir}/test_limits.cpp
-  ${gl_test_dir}/test_picture.cpp ${gl_test_dir}/test_precision.cpp ${gl_test_dir}/test_watertight.cpp)
+  ${gl_test_dir}/test_page_lists.cpp ${gl_test_dir}/test_picture.cpp ${gl_test_dir}/test_precision.cpp
+  ${gl_test_dir}/test_watertight.cpp)
 target_compile_features(test_gl PRIVATE cxx_std_20)
 set_target_properties(test_gl PROPERTIES CXX_EXTENSIONS OFF
   RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
@@ -19,11 +20,12 @@ add_test(NAME test_gl COMMAND test_gl)
 set_tests_properties(test_gl PROPERTIES LABELS gl SKIP_RETURN_CODE 77 TIMEOUT 300)
 
 # What the benchmarks of drawing stand on: synthetic scenes and the static yardstick.
-add_library(gl_stage STATIC ${gl_test_dir}/stage.cpp ${PROJECT_SOURCE_DIR}/tests/bench/static_mesh.cpp)
+add_library(gl_stage STATIC ${gl_test_dir}/stage.cpp ${gl_test_dir}/tree_stage.cpp ${PROJECT_SOURCE_DIR}/tests/bench/static_mesh.cpp)
 target_compile_features(gl_stage PUBLIC cxx_std_20)
 target_include_directories(gl_stage PUBLIC ${PROJECT_SOURCE_DIR}/tests/bench)
 target_link_libraries(gl_stage PUBLIC ig::gl PkgConfig::GLES PRIVATE ig_flags)
 target_link_libraries(test_gl PRIVATE gl_stage)
+ig_test(test_page_morph SOURCES ${PROJECT_SOURCE_DIR}/tests/test_page_morph.cpp LIBS gl_stage)
 
 # Run once, briefly, so that they keep working; figures come from running them alone.
 foreach(name IN ITEMS gl out)

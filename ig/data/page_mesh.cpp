@@ -34,23 +34,38 @@ struct PageFrame {
     std::array<uint32_t, kSide> gridRow, gridColumn;
 };
 
-void fillFrame(const lod::TerrainShape& shape, const lod::PageNode& page, PageFrame& frame)
+RowTrig rowTrig(const lod::TerrainShape& shape, uint32_t gridRow)
 {
     const double e2 = shape.ellipsoid.flattening * (2.0 - shape.ellipsoid.flattening);
-    for (size_t i = 0; i < kSide; ++i) {
-        const uint32_t gridRow = postRow(shape, page.depth, page.y, static_cast<int>(i));
-        const double lat = shape.northRad - gridRow * shape.latitudeStepRad;
-        RowTrig& row = frame.row[i];
-        row.sinLat = std::sin(lat);
-        row.cosLat = std::cos(lat);
-        row.normalM = shape.ellipsoid.semiMajorM / std::sqrt(1.0 - e2 * row.sinLat * row.sinLat);
-        row.centreM = row.normalM * (1.0 - e2);
-        frame.gridRow[i] = gridRow;
+    const double lat = shape.northRad - gridRow * shape.latitudeStepRad;
+    RowTrig row{};
+    row.sinLat = std::sin(lat);
+    row.cosLat = std::cos(lat);
+    row.normalM = shape.ellipsoid.semiMajorM / std::sqrt(1.0 - e2 * row.sinLat * row.sinLat);
+    row.centreM = row.normalM * (1.0 - e2);
+    return row;
+}
 
-        const uint32_t gridColumn = postColumn(shape, page.depth, page.x, static_cast<int>(i));
-        const double lon = shape.westRad + gridColumn * shape.longitudeStepRad;
-        frame.column[i] = {std::sin(lon), std::cos(lon)};
-        frame.gridColumn[i] = gridColumn;
+ColumnTrig columnTrig(const lod::TerrainShape& shape, uint32_t gridColumn)
+{
+    const double lon = shape.westRad + gridColumn * shape.longitudeStepRad;
+    return {std::sin(lon), std::cos(lon)};
+}
+
+glm::dvec3 place(const DatasetInfo& dataset, const RowTrig& row, const ColumnTrig& column, int16_t height)
+{
+    const double h = height * dataset.heightScaleM + dataset.heightOffsetM;
+    const double p = (row.normalM + h) * row.cosLat;
+    return {p * column.cosLon, p * column.sinLon, (row.centreM + h) * row.sinLat};
+}
+
+void fillFrame(const lod::TerrainShape& shape, const lod::PageNode& page, PageFrame& frame)
+{
+    for (size_t i = 0; i < kSide; ++i) {
+        frame.gridRow[i] = postRow(shape, page.depth, page.y, static_cast<int>(i));
+        frame.row[i] = rowTrig(shape, frame.gridRow[i]);
+        frame.gridColumn[i] = postColumn(shape, page.depth, page.x, static_cast<int>(i));
+        frame.column[i] = columnTrig(shape, frame.gridColumn[i]);
     }
 }
 
@@ -58,15 +73,44 @@ void placeVertices(const DatasetInfo& dataset, const PageHeights& heights, const
                    PageMesh& mesh)
 {
     size_t at = 0;
-    for (size_t j = 0; j < kSide; ++j) {
-        const RowTrig& row = frame.row[j];
-        for (size_t i = 0; i < kSide; ++i, ++at) {
-            const double h = heights.post[at] * dataset.heightScaleM + dataset.heightOffsetM;
-            const double p = (row.normalM + h) * row.cosLat;
-            mesh.vertex[at].m = glm::dvec3(p * frame.column[i].cosLon, p * frame.column[i].sinLon,
-                                           (row.centreM + h) * row.sinLat);
-        }
+    for (size_t j = 0; j < kSide; ++j)
+        for (size_t i = 0; i < kSide; ++i, ++at)
+            mesh.vertex[at].m = place(dataset, frame.row[j], frame.column[i], heights.post[at]);
+}
+
+// Column and row of the padded full grid.
+using Post = std::array<int64_t, 2>;
+
+// The ends of the edge that a vertex splits, then its apexes, one of which may lie outside the grid. Not for
+// corners of the grid. See ig/lod/vertex_error.h.
+std::array<Post, 4> splitOf(Post v)
+{
+    const auto [col, row] = v;
+    const int64_t s = (col | row) & -(col | row);
+    const bool oddCol = (col & s) != 0;
+    const bool oddRow = (row & s) != 0;
+    if (oddCol && oddRow) {
+        // A coordinate next to v that is an odd multiple of 2 s.
+        const auto oddBeside = [s](int64_t x) { return ((x - s) & (2 * s)) != 0 ? x - s : x + s; };
+        const Post end{oddBeside(col), oddBeside(row)};
+        const Post other{2 * col - end[0], 2 * row - end[1]};
+        return {end, other, Post{end[0], other[1]}, Post{other[0], end[1]}};
     }
+    const Post west{col - s, row}, east{col + s, row}, north{col, row - s}, south{col, row + s};
+    return oddCol ? std::array<Post, 4>{west, east, north, south}
+                  : std::array<Post, 4>{north, south, west, east};
+}
+
+// Whether the vertex never moves.
+bool isFixed(const lod::TerrainShape& shape, Post v, const std::array<Post, 4>& split)
+{
+    const int64_t last = int64_t{lod::kPageIntervals} << shape.deepestPage;
+    const auto isPadding = [&](const Post& p) {
+        const bool exists = p[0] >= 0 && p[1] >= 0 && p[0] <= last && p[1] <= last;
+        return exists && (p[0] >= int64_t{shape.cols} || p[1] >= int64_t{shape.rows});
+    };
+    const bool gridCorner = v[0] % last == 0 && v[1] % last == 0;
+    return gridCorner || std::any_of(split.begin(), split.end(), isPadding);
 }
 
 uint32_t packed(const glm::vec3& colour)
@@ -153,10 +197,50 @@ void buildPageMesh(const DatasetInfo& dataset, const lod::PageNode& page, const 
     assert(heights.post.size() == size_t{kSide} * kSide);
     mesh.vertex.resize(size_t{kSide} * kSide);
     mesh.texel.resize(size_t{kPageTexels} * kPageTexels);
+    mesh.morph.clear();
     PageFrame frame;
     fillFrame(dataset.shape, page, frame);
     placeVertices(dataset, heights, frame, mesh);
     bakeTexels(dataset, heights, shading, frame, mesh);
+}
+
+void addMorph(const DatasetInfo& dataset, const lod::PageNode& page, const PageHeights& heights,
+              PageMesh& mesh)
+{
+    constexpr size_t kPosts = size_t{kSide} * kSide;
+    assert(mesh.vertex.size() == kPosts);
+    assert(heights.errorCode.size() == kPosts && heights.radiusCode.size() == kPosts);
+    mesh.morph.resize(kPosts);
+    const lod::TerrainShape& shape = dataset.shape;
+    const int64_t step = int64_t{1} << (shape.deepestPage - page.depth);
+    const Post first{int64_t{page.x} * lod::kPageIntervals * step,
+                     int64_t{page.y} * lod::kPageIntervals * step};
+    size_t at = 0;
+    for (int64_t j = 0; j < kSide; ++j) {
+        for (int64_t i = 0; i < kSide; ++i, ++at) {
+            VertexMorph& out = mesh.morph[at];
+            out = {};
+            const Post v{first[0] + i * step, first[1] + j * step};
+            const std::array<Post, 4> split = splitOf(v);
+            if (isFixed(shape, v, split))
+                continue;
+            const bool pageCorner = i % lod::kPageIntervals == 0 && j % lod::kPageIntervals == 0;
+            const auto end = [&](size_t k) {
+                if (pageCorner) {
+                    const size_t corner = (j == 0 ? 0U : 2U) + (i == 0 ? 0U : 1U);
+                    return place(dataset, rowTrig(shape, static_cast<uint32_t>(split[k][1])),
+                                 columnTrig(shape, static_cast<uint32_t>(split[k][0])),
+                                 heights.cornerEnds[corner][k]);
+                }
+                const int64_t col = (split[k][0] - first[0]) / step;
+                const int64_t row = (split[k][1] - first[1]) / step;
+                return mesh.vertex[static_cast<size_t>(row * kSide + col)].m;
+            };
+            out.toMiddleM = glm::vec3(0.5 * (end(0) + end(1)) - mesh.vertex[at].m);
+            out.errorCode = heights.errorCode[at];
+            out.radiusCode = heights.radiusCode[at];
+        }
+    }
 }
 
 } // namespace ig::data

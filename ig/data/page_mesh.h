@@ -22,6 +22,15 @@ struct ShadingSettings {
     double ambient = 0.35;      // share of light that does not come from the sun, 0..1
 };
 
+// What a post needs to move as a vertex of the bin-tree, see ig/lod/vertex_error.h. The same bits in every
+// page that has the post. Posts that never move have vector and code 0: corners of the grid, and those for
+// which a corner of the triangles that they split is padding.
+struct VertexMorph {
+    glm::vec3 toMiddleM{0.0F}; // ECEF, from the post to the middle of the edge that it splits
+    uint8_t errorCode = 0; // decodeM of it is at least the length of toMiddleM, in a dataset that is right
+    uint8_t radiusCode = 0;
+};
+
 struct PageMesh {
     // kPagePosts^2 positions, row 0 in the north. In ECEF and double, not offsets from an anchor of the page:
     // a shared border post has the same bits in every page that has it, and the renderer keeps it so, because
@@ -29,10 +38,16 @@ struct PageMesh {
     std::vector<EcefPos> vertex;
     std::vector<uint32_t>
         texel; // kPageTexels^2, RGBA8 in memory order, row 0 in the north; alpha 0 is a hole
+    std::vector<VertexMorph> morph; // as vertex; empty until addMorph
 };
 
-// Fills mesh (resized on first use, then reused).
+// Fills vertices and texels of mesh (resized on first use, then reused).
 void buildPageMesh(const DatasetInfo& dataset, const lod::PageNode& page, const PageHeights& heights,
                    const ShadingSettings& shading, PageMesh& mesh);
+
+// Fills mesh.morph, for a renderer that morphs. The mesh has the vertices of this page, heights its codes and
+// corner ends; the first end is the western or northern one, of a centre vertex the one at odd multiples.
+void addMorph(const DatasetInfo& dataset, const lod::PageNode& page, const PageHeights& heights,
+              PageMesh& mesh);
 
 } // namespace ig::data

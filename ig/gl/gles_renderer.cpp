@@ -21,14 +21,14 @@ public:
     uint64_t upload(uint32_t slot, const data::PageMesh& mesh) override
     {
         _store.upload(slot, mesh);
-        return kPageBytes;
+        return pageBytes(_store.morph());
     }
 
     void draw(const ViewState& view, const lod::DrawList& list, std::span<const int32_t> slotOfPage) override
     {
         _target.begin();
         _terrain.begin(view);
-        _terrain.draw(_store, list.items, slotOfPage);
+        _terrain.draw(_store, list, slotOfPage);
         _sky.draw(view);
         _nearM = view.frustum.nearM;
     }
@@ -61,10 +61,10 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Context& context, const
     Result<Target> target = Target::create(settings.widthPx, settings.heightPx);
     if (!target)
         return Unexpected{target.error()};
-    Result<PageStore> store = PageStore::create(settings.pageSlots);
+    Result<PageStore> store = PageStore::create(settings.pageSlots, settings.morph);
     if (!store)
         return Unexpected{store.error()};
-    Result<TerrainPass> terrain = TerrainPass::create(context, *store, settings.holes, settings.visibilityM);
+    Result<TerrainPass> terrain = TerrainPass::create(context, *store, settings);
     if (!terrain)
         return Unexpected{terrain.error()};
     Result<SkyPass> sky = SkyPass::create(context);

@@ -2,6 +2,7 @@
 #include "ig/gl/null_renderer.h"
 
 #include "ig/gl/page_store.h"
+#include "ig/gl/tile_indices.h"
 
 #include <algorithm>
 #include <bit>
@@ -10,28 +11,42 @@
 
 namespace ig::gl {
 
-NullRenderer::NullRenderer(const RendererSettings& settings) : _uploaded(settings.pageSlots, false) {}
+NullRenderer::NullRenderer(const RendererSettings& settings)
+    : _uploaded(settings.pageSlots, false), _morph(settings.morph)
+{
+}
 
-uint64_t NullRenderer::upload(uint32_t slot, const data::PageMesh&)
+uint64_t NullRenderer::upload(uint32_t slot, const data::PageMesh& mesh)
 {
     assert(slot < _uploaded.size());
+    assert(_morph == Morph::none || mesh.morph.size() == kPageVertices);
+    (void)mesh;
     _uploaded[slot] = true;
     ++_counts.uploads;
-    return kPageBytes;
+    return pageBytes(_morph);
+}
+
+bool NullRenderer::hasVertices(uint32_t page, std::span<const int32_t> slotOfPage) const
+{
+    const int32_t slot = page < slotOfPage.size() ? slotOfPage[page] : kNoSlot;
+    return slot >= 0 && static_cast<size_t>(slot) < _uploaded.size() && _uploaded[static_cast<size_t>(slot)];
 }
 
 void NullRenderer::draw(const ViewState&, const lod::DrawList& list, std::span<const int32_t> slotOfPage)
 {
     ++_counts.draws;
     for (const lod::DrawItem& item : list.items) {
-        const int32_t slot = item.page < slotOfPage.size() ? slotOfPage[item.page] : kNoSlot;
-        if (slot < 0 || static_cast<size_t>(slot) >= _uploaded.size() ||
-            !_uploaded[static_cast<size_t>(slot)])
-            ++_counts.badTiles;
+        _counts.badTiles += hasVertices(item.page, slotOfPage) ? 0 : 1;
         ++_counts.tiles;
         const int stitched = std::popcount(item.stitch & 15U);
         _counts.triangles +=
             static_cast<uint64_t>(lod::kTileTriangles - lod::kStitchedSideTriangles * stitched);
+    }
+    for (const lod::PageList& pageList : list.lists) {
+        const bool fits = uint64_t{pageList.first} + pageList.count <= list.indices.size();
+        _counts.badLists += fits && hasVertices(pageList.page, slotOfPage) ? 0 : 1;
+        ++_counts.lists;
+        _counts.triangles += pageList.count / 3;
     }
 }
 

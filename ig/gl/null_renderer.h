@@ -14,11 +14,13 @@ public:
         uint64_t draws = 0; // frames
         uint64_t reads = 0;
         uint64_t tiles = 0;     // over all frames
+        uint64_t lists = 0;     // over all frames
         uint64_t triangles = 0; // over all frames
         uint64_t badTiles = 0;  // of a page without a slot, or whose slot was never uploaded
+        uint64_t badLists = 0;  // the same, or with indices that there are not
     };
 
-    // Only the size and the number of slots matter.
+    // Only the number of slots and the morph matter.
     explicit NullRenderer(const RendererSettings& settings);
 
     uint64_t upload(uint32_t slot, const data::PageMesh& mesh) override;
@@ -31,7 +33,10 @@ public:
     const Counts& counts() const noexcept { return _counts; }
 
 private:
+    bool hasVertices(uint32_t page, std::span<const int32_t> slotOfPage) const;
+
     std::vector<bool> _uploaded; // by slot
+    Morph _morph;
     Counts _counts;
 };
 

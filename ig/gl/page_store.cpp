@@ -4,6 +4,7 @@
 #include "ig/gl/egl_error.h"
 #include "ig/gl/split_position.h"
 #include "ig/gl/tile_indices.h"
+#include "ig/lod/vertex_error.h"
 
 #include <fmt/format.h>
 
@@ -16,11 +17,11 @@ namespace ig::gl {
 namespace {
 
 constexpr int kMips = std::bit_width(static_cast<unsigned>(data::kPageTexels)); // 64 .. 1
-constexpr uint64_t kTexelsWithMips = (4ULL * data::kPageTexels * data::kPageTexels - 1) / 3;
 
-int16_t toLow(double restM)
+// A share of full scale, -1 .. 1; NaN gives -1.
+int16_t toShort(double share)
 {
-    const double units = restM * (32767.0 / kLowFullScaleM);
+    const double units = share * 32767.0;
     return static_cast<int16_t>(units > -32767.0 ? std::lround(std::min(units, 32767.0)) : -32767);
 }
 
@@ -57,11 +58,9 @@ void halve(std::vector<uint32_t>& texels, size_t size)
 
 } // namespace
 
-Result<PageStore> PageStore::create(uint32_t pageSlots)
+Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph)
 {
     static_assert(std::endian::native == std::endian::little, "texels are taken apart as words");
-    constexpr uint64_t kPageVertexBytes = uint64_t{kPageVertices} * sizeof(PackedVertex);
-    constexpr uint64_t kPageTexelBytes = kTexelsWithMips * sizeof(uint32_t);
     // A base vertex is a signed 32-bit number.
     constexpr uint32_t kMaxSlots = INT32_MAX / kPageVertices;
     GLint maxLayers = 0;
@@ -73,15 +72,25 @@ Result<PageStore> PageStore::create(uint32_t pageSlots)
     PageStore store;
     store._pageSlots = pageSlots;
     store._slotsPerArray = std::min(pageSlots, static_cast<uint32_t>(maxLayers));
+    store._morph = morph;
     store._packed.resize(kPageVertices);
     store._mip.resize(data::kPageTexels * data::kPageTexels);
-    store._gpuBytes = pageSlots * (kPageVertexBytes + kPageTexelBytes);
     takeGlErrors();
 
-    store._vertices = makeBuffer();
-    glBindBuffer(GL_ARRAY_BUFFER, store._vertices.name());
-    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(pageSlots * kPageVertexBytes), nullptr,
-                 GL_STATIC_DRAW);
+    const auto reserved = [pageSlots](size_t vertexBytes) {
+        Buffer buffer = makeBuffer();
+        glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
+        glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(pageSlots * (kPageVertices * vertexBytes)),
+                     nullptr, GL_STATIC_DRAW);
+        return buffer;
+    };
+    store._vertices = reserved(sizeof(PackedVertex));
+    if (morph != Morph::none) {
+        store._packedMorph.resize(kPageVertices);
+        store._morphs = reserved(sizeof(PackedMorph));
+        for (size_t code = 1; code < store._perMetre.size(); ++code)
+            store._perMetre[code] = 1.0 / lod::decodeM(static_cast<uint8_t>(code));
+    }
     for (uint32_t first = 0; first < pageSlots; first += store._slotsPerArray) {
         store._arrays.push_back(makeTexture());
         glBindTexture(GL_TEXTURE_2D_ARRAY, store._arrays.back().name());
@@ -96,7 +105,7 @@ Result<PageStore> PageStore::create(uint32_t pageSlots)
     if (const std::string errors = takeGlErrors(); !errors.empty())
         return fail(ErrorKind::graphics,
                     fmt::format("no GPU memory for {} page slots ({} MiB): {}; configure fewer", pageSlots,
-                                store._gpuBytes >> 20, errors));
+                                store.gpuBytes() >> 20, errors));
     return store;
 }
 
@@ -105,10 +114,17 @@ void PageStore::upload(uint32_t slot, const data::PageMesh& mesh)
     assert(slot < _pageSlots);
     assert(mesh.vertex.size() == kPageVertices);
     assert(mesh.texel.size() == _mip.size());
+    const auto replace = [slot](const Buffer& buffer, const auto& packed) {
+        const auto bytes = static_cast<GLsizeiptr>(packed.size() * sizeof(packed[0]));
+        glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
+        glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(slot) * bytes, bytes, packed.data());
+    };
     packVertices(mesh);
-    constexpr GLsizeiptr kBytes = kPageVertices * sizeof(PackedVertex);
-    glBindBuffer(GL_ARRAY_BUFFER, _vertices.name());
-    glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(slot) * kBytes, kBytes, _packed.data());
+    replace(_vertices, _packed);
+    if (_morph != Morph::none) {
+        packMorphs(mesh);
+        replace(_morphs, _packedMorph);
+    }
     uploadTexels(slot, mesh);
 }
 
@@ -119,10 +135,23 @@ void PageStore::packVertices(const data::PageMesh& mesh)
         for (int axis = 0; axis < 3; ++axis) {
             const SplitCoordinate split = splitCoordinate(mesh.vertex[i].m[axis]);
             out.high[axis] = split.high;
-            out.low[axis] = toLow(split.rest);
+            out.low[axis] = toShort(split.rest / kLowFullScaleM);
         }
         out.post[0] = static_cast<uint8_t>(i % lod::kPagePosts);
         out.post[1] = static_cast<uint8_t>(i / lod::kPagePosts);
+    }
+}
+
+void PageStore::packMorphs(const data::PageMesh& mesh)
+{
+    assert(mesh.morph.size() == kPageVertices);
+    for (size_t i = 0; i < _packedMorph.size(); ++i) {
+        const data::VertexMorph& in = mesh.morph[i];
+        PackedMorph& out = _packedMorph[i];
+        for (int axis = 0; axis < 3; ++axis)
+            out.toMiddle[axis] = toShort(double{in.toMiddleM[axis]} * _perMetre[in.errorCode]);
+        out.errorCode = in.errorCode;
+        out.radiusCode = in.radiusCode;
     }
 }
 
@@ -139,16 +168,33 @@ void PageStore::uploadTexels(uint32_t slot, const data::PageMesh& mesh)
     }
 }
 
+void PageStore::enableAttributes() const
+{
+    for (const GLuint attribute : {kAttributeHigh, kAttributeLow, kAttributePost})
+        glEnableVertexAttribArray(attribute);
+    if (_morph != Morph::none)
+        for (const GLuint attribute : {kAttributeToMiddle, kAttributeCodes})
+            glEnableVertexAttribArray(attribute);
+}
+
 void PageStore::pointAttributes(uint32_t firstVertex) const
 {
+    const auto point = [firstVertex](GLuint attribute, GLint size, GLenum type, GLboolean normalized,
+                                     size_t vertexBytes, size_t offset) {
+        glVertexAttribPointer(attribute, size, type, normalized, static_cast<GLsizei>(vertexBytes),
+                              reinterpret_cast<const void*>(firstVertex * vertexBytes + offset));
+    };
     glBindBuffer(GL_ARRAY_BUFFER, _vertices.name());
-    constexpr GLsizei kStride = sizeof(PackedVertex);
-    const size_t first = size_t{firstVertex} * kStride;
-    const auto at = [first](size_t offset) { return reinterpret_cast<const void*>(first + offset); };
-    glVertexAttribPointer(kAttributeHigh, 3, GL_FLOAT, GL_FALSE, kStride, at(offsetof(PackedVertex, high)));
-    glVertexAttribPointer(kAttributeLow, 3, GL_SHORT, GL_TRUE, kStride, at(offsetof(PackedVertex, low)));
-    glVertexAttribPointer(kAttributePost, 2, GL_UNSIGNED_BYTE, GL_FALSE, kStride,
-                          at(offsetof(PackedVertex, post)));
+    constexpr size_t kBytes = sizeof(PackedVertex);
+    point(kAttributeHigh, 3, GL_FLOAT, GL_FALSE, kBytes, offsetof(PackedVertex, high));
+    point(kAttributeLow, 3, GL_SHORT, GL_TRUE, kBytes, offsetof(PackedVertex, low));
+    point(kAttributePost, 2, GL_UNSIGNED_BYTE, GL_FALSE, kBytes, offsetof(PackedVertex, post));
+    if (_morph == Morph::none)
+        return;
+    glBindBuffer(GL_ARRAY_BUFFER, _morphs.name());
+    constexpr size_t kMorphBytes = sizeof(PackedMorph);
+    point(kAttributeToMiddle, 3, GL_SHORT, GL_TRUE, kMorphBytes, offsetof(PackedMorph, toMiddle));
+    point(kAttributeCodes, 2, GL_UNSIGNED_BYTE, GL_FALSE, kMorphBytes, offsetof(PackedMorph, errorCode));
 }
 
 void PageStore::bindArray(uint32_t array) const

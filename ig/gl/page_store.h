@@ -8,12 +8,21 @@
 //
 //   0        4        8        12    14    16    18  19  20
 //   | highX  | highY  | highZ  |lowX |lowY |lowZ |col|row|      low in units of kLowFullScaleM / 32767
+//
+// A store that morphs has a second buffer with the way to where the vertex starts. It is no longer than the
+// metres of the vertex's error code and stored as a share of them, so rounding it moves a vertex on the
+// screen by less than 2^-15 of the tolerance.
+//
+//   0     2     4     6     7       8
+//   |toX  |toY  |toZ  |error|radius |      to in units of decodeM(error) / 32767
 #pragma once
 
 #include "ig/base/result.h"
 #include "ig/data/page_mesh.h"
 #include "ig/gl/gl_objects.h"
+#include "ig/gl/renderer.h"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -26,28 +35,45 @@ struct PackedVertex {
 };
 static_assert(sizeof(PackedVertex) == 20);
 
+struct PackedMorph {
+    int16_t toMiddle[3];
+    uint8_t errorCode, radiusCode;
+};
+static_assert(sizeof(PackedMorph) == 8);
+
 // What one page takes on the GPU: its vertices, its texels and their mipmaps.
-inline constexpr uint64_t kPageBytes = [] {
-    uint64_t bytes = sizeof(PackedVertex) * lod::kPagePosts * lod::kPagePosts;
+constexpr uint64_t pageBytes(Morph morph) noexcept
+{
+    const uint64_t vertexBytes = sizeof(PackedVertex) + (morph == Morph::none ? 0 : sizeof(PackedMorph));
+    uint64_t bytes = vertexBytes * lod::kPagePosts * lod::kPagePosts;
     for (uint64_t size = data::kPageTexels; size > 0; size /= 2)
         bytes += size * size * sizeof(uint32_t);
     return bytes;
-}();
+}
 
 // Half a unit in the last place of a float below 2^24 m; the shader gets it as a constant.
 inline constexpr double kLowFullScaleM = 0.5;
 
 // Attribute locations, the same in every program that draws terrain.
-enum VertexAttribute : GLuint { kAttributeHigh = 0, kAttributeLow = 1, kAttributePost = 2 };
+enum VertexAttribute : GLuint {
+    kAttributeHigh = 0,
+    kAttributeLow = 1,
+    kAttributePost = 2,
+    kAttributeToMiddle = 3, // these two with morph only
+    kAttributeCodes = 4
+};
 
 class PageStore {
 public:
     // Error (graphics): more slots than the driver's limits or memory allow.
-    static Result<PageStore> create(uint32_t pageSlots);
+    static Result<PageStore> create(uint32_t pageSlots, Morph morph);
 
-    // Copies and packs; no allocation. The mesh has all vertices and texels (asserted).
+    // Copies and packs; no allocation. The mesh has all vertices and texels, and morphs if the store does
+    // (asserted).
     void upload(uint32_t slot, const data::PageMesh& mesh);
 
+    // Enables the attributes that the store has in the bound vertex array.
+    void enableAttributes() const;
     // Makes the bound vertex array read vertices of this store, vertex 0 being firstVertex of the buffer.
     void pointAttributes(uint32_t firstVertex) const;
 
@@ -55,19 +81,24 @@ public:
     // Slots are spread over several texture arrays where one has too few layers.
     uint32_t slotsPerArray() const noexcept { return _slotsPerArray; }
     void bindArray(uint32_t array) const;
-    uint64_t gpuBytes() const noexcept { return _gpuBytes; }
+    Morph morph() const noexcept { return _morph; }
+    uint64_t gpuBytes() const noexcept { return _pageSlots * pageBytes(_morph); }
 
 private:
     void packVertices(const data::PageMesh& mesh);
+    void packMorphs(const data::PageMesh& mesh);
     void uploadTexels(uint32_t slot, const data::PageMesh& mesh);
 
-    Buffer _vertices;
+    Buffer _vertices, _morphs;
     std::vector<Texture> _arrays;
     uint32_t _pageSlots = 0;
     uint32_t _slotsPerArray = 0;
-    uint64_t _gpuBytes = 0;
-    std::vector<PackedVertex> _packed; // scratch of upload
-    std::vector<uint32_t> _mip;        // scratch of upload
+    Morph _morph = Morph::none;
+    // Scratch of upload.
+    std::vector<PackedVertex> _packed;
+    std::vector<PackedMorph> _packedMorph;
+    std::array<double, 256> _perMetre{}; // 1 / decodeM of each code; 0 for code 0
+    std::vector<uint32_t> _mip;
 };
 
 } // namespace ig::gl

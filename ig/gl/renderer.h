@@ -3,7 +3,8 @@
 // thread that made the context may call it.
 //
 // A frame: draw() clears (reversed depth: 0 is infinitely far), draws the tiles nearest first with shared
-// static index buffers, then the sky where nothing was drawn; read() copies the picture out, top row first.
+// static index buffers, or the page lists with their own indices, then the sky where nothing was drawn;
+// read() copies the picture out, top row first.
 #pragma once
 
 #include "ig/base/result.h"
@@ -20,12 +21,19 @@
 
 namespace ig::gl {
 
+// What moves its vertices in the vertex shader. Vertices take 8 bytes more where something does.
+enum class Morph : uint8_t {
+    none,
+    lists // vertices of page lists, by distance and error: DrawList::morph; tiles are drawn as they are
+};
+
 struct RendererSettings {
     int widthPx = 1280;
     int heightPx = 720;
     uint32_t pageSlots = 512; // pages that fit on the GPU at one time
     bool holes = false;       // the dataset has holes: compile the variant that discards them
     double visibilityM = 0;   // distance at which haze leaves 2 % contrast (Koschmieder); 0 leaves haze out
+    Morph morph = Morph::none;
 };
 
 // A page slot as the draw list's page number maps to it.
@@ -38,11 +46,12 @@ public:
     static Result<std::unique_ptr<Renderer>> create(const Context& context, const RendererSettings& settings);
     virtual ~Renderer() = default;
 
-    // Puts a page's vertices and texels into a slot (< pageSlots), replacing what was there.
-    // Returns the bytes handed to GL.
+    // Puts a page's vertices and texels into a slot (< pageSlots), replacing what was there. A renderer that
+    // morphs needs PageMesh::morph, the others leave it alone. Returns the bytes handed to GL.
     virtual uint64_t upload(uint32_t slot, const data::PageMesh& mesh) = 0;
 
-    // Draws the tiles. slotOfPage maps page numbers to slots; every page of the list must have one.
+    // Draws the tiles or page lists. slotOfPage maps page numbers to slots; every page of the list must have
+    // one.
     virtual void draw(const ViewState& view, const lod::DrawList& list,
                       std::span<const int32_t> slotOfPage) = 0;
 

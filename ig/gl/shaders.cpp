@@ -3,8 +3,11 @@
 
 #include "ig/gl/page_store.h"
 #include "ig/gl/tile_indices.h"
+#include "ig/lod/vertex_error.h"
 
 #include <fmt/format.h>
+
+#include <cmath>
 
 namespace ig::gl {
 namespace {
@@ -32,10 +35,30 @@ invariant gl_Position;
 #ifdef HAZE
 out float v_distanceM;
 #endif
+#ifdef MORPH
+layout(location = ATTRIBUTE_TO_MIDDLE) in vec3 a_toMiddle; // in shares of the error
+layout(location = ATTRIBUTE_CODES) in vec2 a_codes;        // error, radius
+uniform vec2 u_morph;                                      // 1 / reach, cut
+// Offset of a vertex that is at weight w (see bintree.h). With reach kappa and error e,
+//   (kappa e + r - d) / (b kappa e) = (1 + (r - d) / kappa / e) / b   and
+//   (e - cut) / (b e)               = (1 - cut / e) / b
+vec3 morphed(float distanceM)
+{
+    // Code 0 gives 0.9 mm where it should be 0: as an error that spares a division by 0, and the way is 0.
+    vec2 sizeM = exp2(a_codes * (1.0 / CODES_PER_OCTAVE)) * CODE_0_M;
+    float radiusM = a_codes.y > 0.0 ? sizeM.y : 0.0;
+    float behind = min((radiusM - distanceM) * u_morph.x, -u_morph.y);
+    float w = clamp((1.0 + behind / sizeM.x) * (1.0 / MORPH_BAND), 0.0, 1.0);
+    return ((1.0 - w) * sizeM.x) * a_toMiddle;
+}
+#endif
 void main()
 {
     // High parts first: their difference is exact near the eye.
     vec3 relative = (a_high - u_eyeHigh) + (a_low * LOW_FULL_SCALE_M - u_eyeLow);
+#ifdef MORPH
+    relative += morphed(length(relative));
+#endif
     gl_Position = u_clipFromRelative * vec4(relative, 1.0);
     v_place = a_post * (1.0 / PAGE_INTERVALS);
 #ifdef SLOT_FROM_VERTEX
@@ -143,12 +166,20 @@ ShaderPair terrainShaders(const TerrainVariant& variant)
     define(variant.holes, "HOLES");
     define(variant.fragmentDepth, "FRAGMENT_DEPTH");
     define(variant.slotFromVertex, "SLOT_FROM_VERTEX");
-    const std::string vertexHead =
+    define(variant.morph, "MORPH");
+    std::string vertexHead =
         head + fmt::format(
                    "#define ATTRIBUTE_HIGH {}\n#define ATTRIBUTE_LOW {}\n#define ATTRIBUTE_POST {}\n"
                    "#define LOW_FULL_SCALE_M {:.6f}\n#define PAGE_INTERVALS {}.0\n#define PAGE_VERTICES {}\n",
                    int{kAttributeHigh}, int{kAttributeLow}, int{kAttributePost}, kLowFullScaleM,
                    lod::kPageIntervals, kPageVertices);
+    if (variant.morph)
+        vertexHead +=
+            fmt::format("#define ATTRIBUTE_TO_MIDDLE {}\n#define ATTRIBUTE_CODES {}\n"
+                        "#define CODES_PER_OCTAVE {}.0\n#define CODE_0_M {:.9e}\n"
+                        "#define MORPH_BAND {:.9e}\n",
+                        int{kAttributeToMiddle}, int{kAttributeCodes}, lod::kCodesPerOctave,
+                        lod::kSmallestCodeM * std::exp2(-1.0 / lod::kCodesPerOctave), lod::kMorphBand);
     const std::string fragmentHead = head + "precision highp float;\n" + kSkyColours;
     return {vertexHead + kTerrainVertex, fragmentHead + kTerrainFragment};
 }

@@ -12,6 +12,7 @@ struct TerrainVariant {
     bool holes = false;          // discards texels of holes
     bool fragmentDepth = false;  // no clip control: the fragment shader writes the reversed depth
     bool slotFromVertex = false; // base-vertex draws: the slot follows from gl_VertexID
+    bool morph = false;          // vertices move by distance and error
 };
 
 struct ShaderPair {
@@ -20,7 +21,8 @@ struct ShaderPair {
 };
 
 // Attributes as in PageStore. Uniforms: u_clipFromRelative (mat4), u_eyeHigh and u_eyeLow (vec3), u_layer
-// (int), u_pages (sampler); u_hazePerM (float) with haze; u_nearM (float) with fragmentDepth.
+// (int), u_pages (sampler); u_hazePerM (float) with haze; u_nearM (float) with fragmentDepth; u_morph (vec2:
+// 1 / reach and cut of lod::MorphState, zeros for vertices that stay in place) with morph.
 ShaderPair terrainShaders(const TerrainVariant& variant);
 
 // One triangle over the whole target at infinite depth, no attributes. Uniforms: u_sides (vec4: left, right,

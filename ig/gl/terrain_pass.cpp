@@ -10,8 +10,9 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
+#include <algorithm>
+#include <bit>
 #include <cassert>
-#include <cmath>
 
 namespace ig::gl {
 namespace {
@@ -28,14 +29,25 @@ glm::mat4 clipFromRelative(const ViewState& view)
     return glm::mat4(flipped * glm::dmat4(view.eyeFromEcef));
 }
 
+constexpr uint32_t kNoArray = UINT32_MAX;
+constexpr uint64_t kSmallestStreamBytes = 1 << 16;
+
+int32_t slotOf(uint32_t page, std::span<const int32_t> slotOfPage)
+{
+    const int32_t slot = page < slotOfPage.size() ? slotOfPage[page] : kNoSlot;
+    assert(slot >= 0);
+    return slot;
+}
+
 } // namespace
 
-Result<TerrainPass> TerrainPass::create(const Context& context, const PageStore& store, bool holes,
-                                        double visibilityM)
+Result<TerrainPass> TerrainPass::create(const Context& context, const PageStore& store,
+                                        const RendererSettings& settings)
 {
     TerrainVariant variant;
-    variant.haze = visibilityM > 0;
-    variant.holes = holes;
+    variant.haze = settings.visibilityM > 0;
+    variant.holes = settings.holes;
+    variant.morph = settings.morph != Morph::none;
     variant.fragmentDepth = !context.info().clipControl;
     variant.slotFromVertex = context.info().baseVertex;
     const ShaderPair source = terrainShaders(variant);
@@ -52,19 +64,20 @@ Result<TerrainPass> TerrainPass::create(const Context& context, const PageStore&
     pass._eyeLow = location("u_eyeLow");
     pass._layer = location("u_layer");
     pass._nearM = location("u_nearM");
+    pass._morph = location("u_morph");
     glUseProgram(pass._program.name());
     glUniform1i(location("u_pages"), 0);
     if (variant.haze)
-        glUniform1f(location("u_hazePerM"), static_cast<float>(kHazeExponent / visibilityM));
+        glUniform1f(location("u_hazePerM"), static_cast<float>(kHazeExponent / settings.visibilityM));
 
     takeGlErrors();
     pass._vertexArray = makeVertexArray();
     glBindVertexArray(pass._vertexArray.name());
-    for (const GLuint attribute : {kAttributeHigh, kAttributeLow, kAttributePost})
-        glEnableVertexAttribArray(attribute);
+    store.enableAttributes();
     store.pointAttributes(0);
-    pass._indices = makeBuffer();
-    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, pass._indices.name());
+    pass._streamed = makeBuffer();
+    pass._tileIndices = makeBuffer();
+    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, pass._tileIndices.name());
     const std::span<const uint16_t> indices = pass._tiles.indices();
     glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size_bytes()), indices.data(),
                  GL_STATIC_DRAW);
@@ -100,41 +113,85 @@ void TerrainPass::begin(const ViewState& view) const
         glUniform1f(_nearM, static_cast<float>(view.frustum.nearM));
 }
 
-void TerrainPass::draw(const PageStore& store, std::span<const lod::DrawItem> items,
-                       std::span<const int32_t> slotOfPage)
+void TerrainPass::draw(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage)
 {
+    assert(list.items.empty() || list.lists.empty());
     glBindVertexArray(_vertexArray.name());
-    constexpr uint32_t kNoArray = UINT32_MAX;
-    uint32_t boundArray = kNoArray;
-    for (const lod::DrawItem& item : items) {
-        assert(item.page < slotOfPage.size() && slotOfPage[item.page] >= 0);
-        if (item.page >= slotOfPage.size() || slotOfPage[item.page] < 0)
-            continue;
-        const auto slot = static_cast<uint32_t>(slotOfPage[item.page]);
-        assert(slot < store.pageSlots());
-        const uint32_t array = slot / store.slotsPerArray();
-        const bool baseVertex = _extensions->multiDrawElementsBaseVertex != nullptr;
-        if (array != boundArray) {
-            flush();
-            store.bindArray(array);
-            boundArray = array;
-            if (baseVertex) // of the array, from the slot that the vertex number gives
-                glUniform1i(_layer, -static_cast<GLint>(array * store.slotsPerArray()));
-        }
-        if (!baseVertex) {
-            drawRebinding(store, item, slot);
-            continue;
-        }
-        if (_batch.size == Batch::kCapacity)
-            flush();
-        const TileIndices::Range range = _tiles.range(item);
-        _batch.count[_batch.size] = static_cast<GLsizei>(range.count);
-        _batch.offset[_batch.size] = reinterpret_cast<const void*>(range.first * sizeof(uint16_t));
-        _batch.baseVertex[_batch.size] = static_cast<GLint>(slot * kPageVertices + tileCorner(item));
-        ++_batch.size;
-    }
-    flush();
+    _boundArray = kNoArray;
+    drawTiles(store, list.items, slotOfPage);
+    drawLists(store, list, slotOfPage);
     glBindVertexArray(0);
+}
+
+void TerrainPass::drawTiles(const PageStore& store, std::span<const lod::DrawItem> items,
+                            std::span<const int32_t> slotOfPage)
+{
+    if (items.empty())
+        return;
+    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, _tileIndices.name());
+    if (_morph >= 0)
+        glUniform2f(_morph, 0.0F, 0.0F);
+    for (const lod::DrawItem& item : items)
+        add(store, slotOf(item.page, slotOfPage), tileCorner(item), _tiles.range(item));
+    flush();
+}
+
+void TerrainPass::drawLists(const PageStore& store, const lod::DrawList& list,
+                            std::span<const int32_t> slotOfPage)
+{
+    if (list.lists.empty())
+        return;
+    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, _streamed.name());
+    streamIndices(list.indices);
+    if (_morph >= 0) {
+        // A reach of 0 shows nothing but what is nearer than the vertex's ball; 1 / 0 would make NaN of it.
+        const float perReach = list.morph.reach > 0.0F ? std::min(1.0F / list.morph.reach, 1e30F) : 1e30F;
+        glUniform2f(_morph, perReach, list.morph.cutM);
+    }
+    for (const lod::PageList& pageList : list.lists)
+        add(store, slotOf(pageList.page, slotOfPage), 0, {pageList.first, pageList.count});
+    flush();
+}
+
+// A new store for each frame, so that the driver need not wait for the last frame's draws.
+void TerrainPass::streamIndices(std::span<const uint16_t> indices)
+{
+    _streamBytes =
+        std::max({_streamBytes, kSmallestStreamBytes, std::bit_ceil(uint64_t{indices.size_bytes()})});
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(_streamBytes), nullptr, GL_STREAM_DRAW);
+    glBufferSubData(GL_ELEMENT_ARRAY_BUFFER, 0, static_cast<GLsizeiptr>(indices.size_bytes()),
+                    indices.data());
+}
+
+void TerrainPass::add(const PageStore& store, int32_t slot, uint32_t post, const TileIndices::Range& range)
+{
+    if (slot < 0)
+        return;
+    const auto number = static_cast<uint32_t>(slot);
+    assert(number < store.pageSlots());
+    const uint32_t array = number / store.slotsPerArray();
+    const bool baseVertex = _extensions->multiDrawElementsBaseVertex != nullptr;
+    if (array != _boundArray) {
+        flush();
+        store.bindArray(array);
+        _boundArray = array;
+        if (baseVertex) // of the array, from the slot that the vertex number gives
+            glUniform1i(_layer, -static_cast<GLint>(array * store.slotsPerArray()));
+    }
+    const uint32_t vertex = number * kPageVertices + post;
+    const auto* offset = reinterpret_cast<const void*>(range.first * sizeof(uint16_t));
+    if (!baseVertex) {
+        store.pointAttributes(vertex);
+        glUniform1i(_layer, static_cast<GLint>(number % store.slotsPerArray()));
+        glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(range.count), GL_UNSIGNED_SHORT, offset);
+        return;
+    }
+    if (_batch.size == Batch::kCapacity)
+        flush();
+    _batch.count[_batch.size] = static_cast<GLsizei>(range.count);
+    _batch.offset[_batch.size] = offset;
+    _batch.baseVertex[_batch.size] = static_cast<GLint>(vertex);
+    ++_batch.size;
 }
 
 void TerrainPass::flush()
@@ -145,15 +202,6 @@ void TerrainPass::flush()
                                              _batch.offset.data(), static_cast<GLsizei>(_batch.size),
                                              _batch.baseVertex.data());
     _batch.size = 0;
-}
-
-void TerrainPass::drawRebinding(const PageStore& store, const lod::DrawItem& item, uint32_t slot) const
-{
-    store.pointAttributes(slot * kPageVertices + tileCorner(item));
-    glUniform1i(_layer, static_cast<GLint>(slot % store.slotsPerArray()));
-    const TileIndices::Range range = _tiles.range(item);
-    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(range.count), GL_UNSIGNED_SHORT,
-                   reinterpret_cast<const void*>(range.first * sizeof(uint16_t)));
 }
 
 Result<SkyPass> SkyPass::create(const Context& context)

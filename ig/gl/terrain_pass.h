@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Draws tiles from a page store, and the sky behind them. Internal to ig/gl.
+// Draws tiles or page lists from a page store, and the sky behind them. Internal to ig/gl.
 #pragma once
 
 #include "ig/base/result.h"
@@ -19,23 +19,22 @@ namespace ig::gl {
 class TerrainPass {
 public:
     // Error (graphics): a shader that does not compile, no memory for the indices.
-    static Result<TerrainPass> create(const Context& context, const PageStore& store, bool holes,
-                                      double visibilityM);
+    static Result<TerrainPass> create(const Context& context, const PageStore& store,
+                                      const RendererSettings& settings);
 
     // Program, uniforms and fixed state of a frame. The target is bound.
     void begin(const ViewState& view) const;
 
-    // Draws tiles in the given order; an item whose page has no slot is left out (asserted). A few GL calls
-    // for all of them with base-vertex draws, five per tile without.
-    void draw(const PageStore& store, std::span<const lod::DrawItem> items,
-              std::span<const int32_t> slotOfPage);
+    // Draws tiles or page lists in the given order; one whose page has no slot is left out (asserted). A few
+    // GL calls for all of them with base-vertex draws; without, two and one per attribute for each.
+    void draw(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage);
 
     // Range of an item in the index buffer's copy, for those who make lists of their own.
     const TileIndices& tiles() const noexcept { return _tiles; }
-    uint64_t gpuBytes() const noexcept { return _tiles.indices().size_bytes(); }
+    uint64_t gpuBytes() const noexcept { return _tiles.indices().size_bytes() + _streamBytes; }
 
 private:
-    // Tiles collected for one multi-draw call.
+    // What is collected for one multi-draw call.
     struct Batch {
         static constexpr size_t kCapacity = 256;
         size_t size = 0;
@@ -44,16 +43,25 @@ private:
         std::array<GLint, kCapacity> baseVertex{};
     };
 
+    void drawTiles(const PageStore& store, std::span<const lod::DrawItem> items,
+                   std::span<const int32_t> slotOfPage);
+    void drawLists(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage);
+    void streamIndices(std::span<const uint16_t> indices);
+    // Draws indices of the bound index buffer, vertex 0 being a post of a page; with base-vertex draws not
+    // before flush().
+    void add(const PageStore& store, int32_t slot, uint32_t post, const TileIndices::Range& range);
     void flush();
-    void drawRebinding(const PageStore& store, const lod::DrawItem& item, uint32_t slot) const;
 
     const Extensions* _extensions = nullptr; // the context's
     Program _program;
-    GLint _clipFromRelative = -1, _eyeHigh = -1, _eyeLow = -1, _layer = -1, _nearM = -1;
+    GLint _clipFromRelative = -1, _eyeHigh = -1, _eyeLow = -1, _layer = -1, _nearM = -1, _morph = -1;
     VertexArray _vertexArray;
-    Buffer _indices;
+    Buffer _tileIndices;
+    Buffer _streamed; // indices of page lists, new in every frame
+    uint64_t _streamBytes = 0;
     TileIndices _tiles;
     Batch _batch;
+    uint32_t _boundArray = 0;
 };
 
 class SkyPass {

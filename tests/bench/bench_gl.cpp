@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Costs of drawing: tiles through the draw list against the same triangles from one static index buffer
 // (in turn, frame by frame, in one run), page uploads, read-back.
-#include "../gl/stage.h"
+#include "../gl/tree_stage.h"
 #include "static_mesh.h"
 
 #include <benchmark/benchmark.h>
@@ -182,6 +182,57 @@ void drawListAgainstStaticMesh(benchmark::State& state)
 }
 // Refinements in hundredths.
 BENCHMARK(drawListAgainstStaticMesh)->Arg(59)->Arg(350)->UseManualTime()->Unit(benchmark::kMillisecond);
+
+// Page lists of a per-vertex method with and without morph, in turn: the same triangles.
+void pageListsWithMorph(benchmark::State& state)
+{
+    ig::Result<ig::gl::Context> context = ig::gl::Context::create({});
+    if (!context) {
+        state.SkipWithError(context.error().message.c_str());
+        return;
+    }
+    const test::TreeTerrain terrain = test::makeTree(513, 513, [](int c, int r) {
+        return 400 + 300 * std::sin(c * 0.07) * std::cos(r * 0.05) + 60 * std::sin(c * 0.5) +
+               25 * std::cos(r * 0.9 + c * 0.3);
+    });
+    const ig::ViewState view = viewFrom(test::at(terrain.shape, 256, 420, 1100), {0, -0.15, 0},
+                                        72 * ig::kRadPerDeg, kWidthPx, kHeightPx);
+    const ig::lod::DrawList list =
+        refined(terrain, view, {static_cast<uint32_t>(state.range(0)), 0.1F, 2.0F});
+    std::array<std::unique_ptr<ig::gl::Renderer>, 2> renderers;
+    for (size_t i = 0; i < 2; ++i) {
+        auto made = ig::gl::Renderer::create(*context,
+                                             {.widthPx = kWidthPx,
+                                              .heightPx = kHeightPx,
+                                              .pageSlots = static_cast<uint32_t>(terrain.pages.size()),
+                                              .visibilityM = 30'000.0,
+                                              .morph = i == 0 ? ig::gl::Morph::none : ig::gl::Morph::lists});
+        if (!made) {
+            state.SkipWithError(made.error().message.c_str());
+            return;
+        }
+        renderers[i] = *std::move(made);
+        const std::vector<ig::data::PageMesh> meshes = meshesOf(terrain);
+        for (size_t page = 0; page < meshes.size(); ++page)
+            renderers[i]->upload(static_cast<uint32_t>(page), meshes[page]);
+    }
+    std::vector<std::byte> pixels(size_t{kWidthPx} * kHeightPx * 4);
+    std::array<Cost, 2> cost;
+    for (auto _ : state) {
+        for (size_t i = 0; i < 2; ++i)
+            cost[i].measure([&] {
+                renderers[i]->draw(view, list, terrain.slotOfPage);
+                renderers[i]->read(pixels);
+            });
+        state.SetIterationTime(cost[1].wall.back() * 1e-3);
+    }
+    state.counters["lists"] = static_cast<double>(list.lists.size());
+    state.counters["triangles"] = list.stats.triangles;
+    state.counters["stillCpuMs"] = median(cost[0].cpu);
+    state.counters["morphCpuMs"] = median(cost[1].cpu);
+    state.counters["ratio"] = median(cost[1].cpu) / median(cost[0].cpu);
+}
+BENCHMARK(pageListsWithMorph)->Arg(8'000)->Arg(24'000)->UseManualTime()->Unit(benchmark::kMillisecond);
 
 void uploadPage(benchmark::State& state)
 {

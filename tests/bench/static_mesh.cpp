@@ -16,13 +16,12 @@ ig::Result<StaticMesh> StaticMesh::create(const Context& context, const Renderer
     ig::Result<Target> target = Target::create(settings.widthPx, settings.heightPx);
     if (!target)
         return ig::Unexpected{target.error()};
-    ig::Result<PageStore> store = PageStore::create(settings.pageSlots);
+    ig::Result<PageStore> store = PageStore::create(settings.pageSlots, settings.morph);
     if (!store)
         return ig::Unexpected{store.error()};
     if (store->slotsPerArray() < settings.pageSlots)
         return ig::fail(ig::ErrorKind::graphics, "the static mesh takes no more slots than a texture array");
-    ig::Result<TerrainPass> terrain =
-        TerrainPass::create(context, *store, settings.holes, settings.visibilityM);
+    ig::Result<TerrainPass> terrain = TerrainPass::create(context, *store, settings);
     if (!terrain)
         return ig::Unexpected{terrain.error()};
     ig::Result<SkyPass> sky = SkyPass::create(context);
@@ -36,8 +35,7 @@ ig::Result<StaticMesh> StaticMesh::create(const Context& context, const Renderer
     mesh._vertexArray = makeVertexArray();
     mesh._indices = makeBuffer();
     glBindVertexArray(mesh._vertexArray.name());
-    for (const GLuint attribute : {kAttributeHigh, kAttributeLow, kAttributePost})
-        glEnableVertexAttribArray(attribute);
+    mesh._store.enableAttributes();
     mesh._store.pointAttributes(0);
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh._indices.name());
     glBindVertexArray(0);

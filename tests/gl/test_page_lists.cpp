@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: MIT
+// Page lists with their vertices on the way: no crack, in the right place, the same without extensions.
+#include "tree_stage.h"
+
+#include <catch2/catch.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include <cmath>
+#include <random>
+
+namespace {
+
+using namespace stage;
+
+constexpr int kWidthPx = 512;
+constexpr int kHeightPx = 512;
+
+struct Scene {
+    test::TreeTerrain terrain;
+    std::vector<ig::data::PageMesh> meshes;
+};
+
+// Built once: codes by brute force take a while.
+const Scene& scene()
+{
+    static const Scene made = [] {
+        Scene s;
+        s.terrain = test::makeTree(257, 257, [](int c, int r) {
+            return 400 + 300 * std::sin(c * 0.07) * std::cos(r * 0.05) + 60 * std::sin(c * 0.5) +
+                   25 * std::cos(r * 0.9 + c * 0.3);
+        });
+        s.meshes = meshesOf(s.terrain);
+        return s;
+    }();
+    return made;
+}
+
+ig::gl::RendererSettings settings(ig::gl::Morph morph = ig::gl::Morph::lists)
+{
+    return {.widthPx = kWidthPx,
+            .heightPx = kHeightPx,
+            .pageSlots = static_cast<uint32_t>(scene().meshes.size()),
+            .morph = morph};
+}
+
+void upload(Stage& stage, const std::vector<ig::data::PageMesh>& meshes)
+{
+    for (size_t i = 0; i < meshes.size(); ++i)
+        stage.renderer().upload(static_cast<uint32_t>(i), meshes[i]);
+}
+
+// From a random place above the middle of the terrain.
+ig::ViewState viewAbove(std::mt19937& random, const ig::YawPitchRoll& attitude, double lowM, double highM)
+{
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    const double heightM = lowM + (highM - lowM) * unit(random);
+    const double col = 256 * (0.35 + 0.3 * unit(random));
+    const double row = 256 * (0.35 + 0.3 * unit(random));
+    return viewFrom(test::at(scene().terrain.shape, col, row, heightM), attitude, 1.0, kWidthPx, kHeightPx);
+}
+
+// Straight down or up to 25 degrees off, so that nothing but ground is in view.
+ig::ViewState downward(std::mt19937& random, bool straight)
+{
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    const double offDeg = straight ? 0.0 : 25.0 * unit(random);
+    return viewAbove(random,
+                     {2 * ig::kPi * unit(random), (-90.0 + offDeg) * ig::kRadPerDeg, ig::kPi * unit(random)},
+                     straight ? 1000 : 900, 2500);
+}
+
+// Level, so that a column of pixels is a vertical plane, with most of the picture below the horizon. Over a
+// surface without gaps no sky lies under terrain.
+ig::ViewState oblique(std::mt19937& random)
+{
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    ig::ViewState view = viewAbove(random, {2 * ig::kPi * unit(random), 0, 0}, 850, 1300);
+    view.frustum.top = 0.1;
+    view.frustum.bottom = -1.2;
+    return view;
+}
+
+int skyUnderTerrain(const Image& image)
+{
+    int count = 0;
+    for (int x = 0; x < image.widthPx; ++x) {
+        bool below = false;
+        for (int y = 0; y < image.heightPx; ++y) {
+            below = below || image.isTerrain(x, y);
+            count += below && !image.isTerrain(x, y) ? 1 : 0;
+        }
+    }
+    return count;
+}
+
+// A rough tolerance for few triangles, a fine one for many; both leave vertices on the way.
+ig::lod::BintreeSettings refinement(int i)
+{
+    return {i % 3 == 0 ? 1'500U : 12'000U, i % 2 == 0 ? 1.0F : 5.0F, 2.0F};
+}
+
+int verticesOnTheWay(const ig::lod::DrawList& list, const glm::dvec3& eye)
+{
+    test::TreeTerrain terrain = scene().terrain;
+    terrain.morph = list.morph;
+    int count = 0;
+    for (const auto& posts : test::trianglesOf(terrain, list)) {
+        const double weight = terrain.weight(posts[0][0], posts[0][1], eye);
+        count += weight > 0.05 && weight < 0.95 ? 1 : 0;
+    }
+    return count;
+}
+
+// Cracks over many views; context picks the path, meshes are what the GPU gets.
+int crackPixels(const ig::gl::ContextSettings& context, int views,
+                const std::vector<ig::data::PageMesh>& meshes)
+{
+    Stage stage(settings(), context);
+    upload(stage, meshes);
+    std::mt19937 random(5);
+    int cracks = 0;
+    int moving = 0;
+    for (int i = 0; i < views; ++i) {
+        const bool level = i % 3 == 2;
+        const ig::ViewState view = level ? oblique(random) : downward(random, i % 3 == 0);
+        const ig::lod::DrawList list = refined(scene().terrain, view, refinement(i));
+        const Image image = stage.draw(view, list, scene().terrain.slotOfPage);
+        cracks += level ? skyUnderTerrain(image) : image.skyPixels();
+        moving += verticesOnTheWay(list, view.eye.m);
+    }
+    CHECK(moving > 20 * views);
+    return cracks;
+}
+
+// Distance along the viewing axis of the morphed surface under a pixel, by double arithmetic.
+double surfaceAt(const std::vector<std::array<glm::dvec3, 3>>& triangles, const ig::ViewState& view, int x,
+                 int y)
+{
+    const ig::Frustum& f = view.frustum;
+    const glm::dvec3 inEye(f.left + (x + 0.5) / kWidthPx * (f.right - f.left),
+                           f.top - (y + 0.5) / kHeightPx * (f.top - f.bottom), -1.0);
+    const glm::dvec3 ray = glm::transpose(view.eyeFromEcef) * inEye;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto& [a, b, c] : triangles) {
+        const glm::dvec3 ab = b - a;
+        const glm::dvec3 ac = c - a;
+        const glm::dvec3 normal = glm::cross(ab, ac);
+        const double along = glm::dot(ray, normal);
+        if (along >= 0.0)
+            continue; // from inside
+        const double t = glm::dot(a, normal) / along;
+        const glm::dvec3 p = ray * t - a;
+        const double u = glm::dot(glm::cross(p, ac), normal) / glm::dot(normal, normal);
+        const double v = glm::dot(glm::cross(ab, p), normal) / glm::dot(normal, normal);
+        if (u > -1e-9 && v > -1e-9 && u + v < 1 + 1e-9 && t > 0)
+            nearest = std::min(nearest, t);
+    }
+    return nearest;
+}
+
+} // namespace
+
+TEST_CASE("no sky shines through page lists while their vertices move", "[gl]")
+{
+    CHECK(crackPixels({}, 45, scene().meshes) == 0);
+}
+
+TEST_CASE("no sky shines through page lists without clip control and base vertices either", "[gl]")
+{
+    CHECK(crackPixels({.clipControl = false, .baseVertex = false}, 12, scene().meshes) == 0);
+}
+
+TEST_CASE("a post that moves in one page only leaves cracks, which shows that these tests see them", "[gl]")
+{
+    std::vector<ig::data::PageMesh> meshes = scene().meshes;
+    for (size_t i = 1; i < meshes.size(); i += 2)
+        for (ig::data::VertexMorph& morph : meshes[i].morph)
+            morph = {};
+    CHECK(crackPixels({}, 12, meshes) > 10);
+}
+
+TEST_CASE("pictures of page lists are the same bytes with and without base-vertex draws", "[gl]")
+{
+    std::mt19937 random(3);
+    const ig::ViewState view = downward(random, false);
+    const ig::lod::DrawList list = refined(scene().terrain, view, refinement(1));
+    REQUIRE(list.lists.size() > 3);
+    const auto bytes = [&](bool baseVertex) {
+        ig::gl::RendererSettings hazy = settings();
+        hazy.visibilityM = 2e4;
+        Stage stage(hazy, {.baseVertex = baseVertex});
+        upload(stage, scene().meshes);
+        return stage.draw(view, list, scene().terrain.slotOfPage).rgba;
+    };
+    CHECK(bytes(true) == bytes(false));
+}
+
+// Tolerance: depth as in test_precision.cpp, and the rounding of the way: 2^-15 of an error that is at most
+// tau on the screen. The ground is not much steeper than 45 degrees and seen from above.
+TEST_CASE("the surface under a pixel is where double arithmetic puts the morphed triangles", "[gl]")
+{
+    Stage stage(settings());
+    upload(stage, scene().meshes);
+    std::mt19937 random(11);
+    std::uniform_int_distribution<int> pixel(0, kWidthPx - 1);
+    double worst = 0;    // in tolerances
+    double farthest = 0; // of the surface without morph, in tolerances
+    for (int i = 0; i < 6; ++i) {
+        const ig::ViewState view = downward(random, i % 2 == 0);
+        const ig::lod::DrawList list = refined(scene().terrain, view, {1'500U, 1.0F, 2.0F});
+        test::TreeTerrain terrain = scene().terrain;
+        terrain.morph = list.morph;
+        std::vector<std::array<glm::dvec3, 3>> triangles;
+        std::vector<std::array<glm::dvec3, 3>> unmoved;
+        for (const auto& posts : test::trianglesOf(terrain, list)) {
+            std::array<glm::dvec3, 3> drawn{};
+            std::array<glm::dvec3, 3> own{};
+            for (size_t k = 0; k < 3; ++k) {
+                drawn[k] = test::drawnPlace(terrain, posts[k], view.eye.m) - view.eye.m;
+                own[k] = terrain.position(posts[k][0], posts[k][1]) - view.eye.m;
+            }
+            triangles.push_back(drawn);
+            unmoved.push_back(own);
+        }
+        stage.draw(view, list, terrain.slotOfPage);
+        for (int k = 0; k < 60; ++k) {
+            const int x = pixel(random);
+            const int y = pixel(random);
+            const double exactM = surfaceAt(triangles, view, x, y);
+            const double toleranceM = 2 * (3e-7 * exactM + 2e-5 + 0x1p-15 * exactM / list.morph.reach);
+            const double drawnM = stage.renderer().depthAt(x, y);
+            worst = std::max(worst, std::abs(drawnM - exactM) / toleranceM);
+            farthest = std::max(farthest, std::abs(surfaceAt(unmoved, view, x, y) - exactM) / toleranceM);
+        }
+    }
+    CHECK(worst <= 1.0);
+    CHECK(farthest > 100.0);
+}
+
+TEST_CASE("a renderer that does not morph draws page lists with all vertices in their own place", "[gl]")
+{
+    std::mt19937 random(4);
+    const ig::ViewState view = downward(random, false);
+    ig::lod::DrawList list = refined(scene().terrain, view, refinement(1));
+    const auto bytes = [&](ig::gl::Morph morph) {
+        Stage stage(settings(morph));
+        upload(stage, scene().meshes);
+        return stage.draw(view, list, scene().terrain.slotOfPage).rgba;
+    };
+    const auto still = bytes(ig::gl::Morph::none);
+    CHECK(still != bytes(ig::gl::Morph::lists));
+    list.morph = {1e12F, 0.0F}; // every error is shown
+    CHECK(still == bytes(ig::gl::Morph::lists));
+}
+
+TEST_CASE("a renderer that morphs page lists draws tiles as they are", "[gl]")
+{
+    const Terrain terrain = hills(2, 100.0);
+    Tiling tiling = tile(terrain, 100.0, 140.0, 0.5);
+    const ig::ViewState view = viewFrom({56.99 * ig::kRadPerDeg, -4.6 * ig::kRadPerDeg, 2000.0},
+                                        {0.3, -0.5, 0.1}, 1.0, kWidthPx, kHeightPx);
+    for (ig::data::PageMesh& page : tiling.pages)
+        page.morph.assign(page.vertex.size(), {glm::vec3(3.0F, 40.0F, -50.0F), 130, 200});
+    const auto bytes = [&](ig::gl::Morph morph) {
+        ig::gl::RendererSettings s = settings(morph);
+        s.pageSlots = 64;
+        return Stage(s).draw(view, tiling).rgba;
+    };
+    CHECK(bytes(ig::gl::Morph::none) == bytes(ig::gl::Morph::lists));
+}
+
+TEST_CASE("odd reaches and cuts draw whole pictures", "[gl]")
+{
+    Stage stage(settings());
+    upload(stage, scene().meshes);
+    std::mt19937 random(6);
+    const ig::ViewState view = downward(random, true);
+    ig::lod::DrawList list = refined(scene().terrain, view, refinement(1));
+    for (const float reach : {0.0F, 1e-38F, 1.0F, 1e30F})
+        for (const float cutM : {0.0F, 1.0F, std::numeric_limits<float>::max()}) {
+            list.morph = {reach, cutM};
+            CAPTURE(reach, cutM);
+            CHECK(stage.draw(view, list, scene().terrain.slotOfPage).skyPixels() == 0);
+        }
+}
+
+TEST_CASE("morph takes 8 bytes a vertex, and none where nothing morphs", "[gl]")
+{
+    ig::gl::RendererSettings s = settings();
+    const auto gpuBytes = [&](ig::gl::Morph morph) {
+        s.morph = morph;
+        return Stage(s).renderer().gpuBytes();
+    };
+    CHECK(gpuBytes(ig::gl::Morph::lists) - gpuBytes(ig::gl::Morph::none) == 65 * 65 * 8 * s.pageSlots);
+    const uint64_t pageBytes = 65 * 65 * 20 + 4 * 5461;
+    CHECK(Stage(settings(ig::gl::Morph::none)).renderer().upload(0, scene().meshes[0]) == pageBytes);
+    CHECK(Stage(settings()).renderer().upload(0, scene().meshes[0]) == pageBytes + 65 * 65 * 8);
+}
