@@ -95,7 +95,7 @@ int skyUnderTerrain(const Image& image)
 }
 
 // A rough tolerance for few triangles, a fine one for many; both leave vertices on the way.
-ig::lod::BintreeSettings refinement(int i)
+ig::lod::TreeSettings refinement(int i)
 {
     return {i % 3 == 0 ? 1'500U : 12'000U, i % 2 == 0 ? 1.0F : 5.0F, 2.0F};
 }

@@ -62,11 +62,10 @@ std::vector<ig::data::PageMesh> meshesOf(const test::TreeTerrain& terrain)
 }
 
 ig::lod::DrawList refined(const test::TreeTerrain& terrain, const ig::ViewState& view,
-                          const ig::lod::BintreeSettings& settings)
+                          const ig::lod::TreeSettings& settings)
 {
-    ig::lod::BintreeSelector selector(terrain.shape, terrain.pages, settings);
     ig::lod::DrawList list;
-    selector.select(view, terrain.slotOfPage, terrain.vertices, list);
+    test::makeSelector(terrain, settings)->select(view, list);
     return list;
 }
 

@@ -18,6 +18,6 @@ std::vector<ig::data::PageMesh> meshesOf(const test::TreeTerrain& terrain);
 
 // Refined from scratch, everything resident.
 ig::lod::DrawList refined(const test::TreeTerrain& terrain, const ig::ViewState& view,
-                          const ig::lod::BintreeSettings& settings);
+                          const ig::lod::TreeSettings& settings);
 
 } // namespace stage
