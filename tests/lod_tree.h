@@ -233,7 +233,7 @@ inline TreeTerrain makeTree(uint32_t cols, uint32_t rows, const std::function<do
 inline void addPage(ig::lod::TreeSelector& selector, const TreeTerrain& t, uint32_t page)
 {
     const TreePage& data = t.data[page];
-    selector.addPage(page, page, data.height, 0.1, 0.0, data.errorCode, data.radiusCode);
+    selector.addPage(page, page, {data.height, 0.1, 0.0, data.errorCode, data.radiusCode});
 }
 
 // With all pages resident; slot and page are one number.

@@ -484,7 +484,7 @@ TEST_CASE("pages that come and go never crack the mesh, nor change what an all-n
                     childless = childless && (child < 0 || !resident[static_cast<size_t>(child)]);
                 }
                 if (resident[page] && !used[page] && childless && random() % 2 == 0) {
-                    selector.removePage(page);
+                    selector.removePage(page, page);
                     resident[page] = false;
                 }
             }

@@ -8,9 +8,7 @@
 
 namespace ig::lod {
 
-void BintreePage::set(const TerrainShape& shape, const PageNode& node, std::span<const int16_t> height,
-                      double heightScaleM, double heightOffsetM, std::span<const uint8_t> errorCode,
-                      std::span<const uint8_t> radiusCode)
+void BintreePage::set(const TerrainShape& shape, const PageNode& node, const PageData& data)
 {
     const uint64_t step = uint64_t{1} << (shape.deepestPage - node.depth);
     const double e2 = shape.ellipsoid.flattening * (2.0 - shape.ellipsoid.flattening);
@@ -28,11 +26,11 @@ void BintreePage::set(const TerrainShape& shape, const PageNode& node, std::span
         const double longitudeRad = shape.westRad + shape.longitudeStepRad * col;
         _col[i] = {std::sin(longitudeRad), std::cos(longitudeRad)};
     }
-    _heightScaleM = heightScaleM;
-    _heightOffsetM = heightOffsetM;
-    _height.assign(height.begin(), height.end());
-    _errorCode.assign(errorCode.begin(), errorCode.end());
-    _radiusCode.assign(radiusCode.begin(), radiusCode.end());
+    _heightScaleM = data.heightScaleM;
+    _heightOffsetM = data.heightOffsetM;
+    _height.assign(data.height.begin(), data.height.end());
+    _errorCode.assign(data.errorCode.begin(), data.errorCode.end());
+    _radiusCode.assign(data.radiusCode.begin(), data.radiusCode.end());
     uint8_t error = 0;
     uint8_t radius = 0;
     for (size_t i = 0; i < _errorCode.size(); ++i) {

@@ -2,25 +2,21 @@
 // A resident page as the bin-tree refinement sees it: where its vertices are, and how much they matter.
 #pragma once
 
-#include "ig/lod/terrain_shape.h"
+#include "ig/lod/selector.h"
 
 #include <glm/vec3.hpp>
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 namespace ig::lod {
 
 class BintreePage {
 public:
-    // height: value of each post, metres are value * heightScaleM + heightOffsetM; errorCode, radiusCode: see
-    // vertex_error.h. All kPagePosts^2 long, row 0 in the north; copied. Allocates on first use only.
-    void set(const TerrainShape& shape, const PageNode& node, std::span<const int16_t> height,
-             double heightScaleM, double heightOffsetM, std::span<const uint8_t> errorCode,
-             std::span<const uint8_t> radiusCode);
+    // Copies. Allocates on first use only.
+    void set(const TerrainShape& shape, const PageNode& node, const PageData& data);
 
     // ECEF metres. The same bits in every page that has the post.
     // post: row * kPagePosts + col.

@@ -33,9 +33,7 @@ PageGraph::PageGraph(const TerrainShape& shape, std::span<const PageNode> pages,
     }
 }
 
-void PageGraph::add(uint32_t page, uint32_t number, std::span<const int16_t> height, double heightScaleM,
-                    double heightOffsetM, std::span<const uint8_t> errorCode,
-                    std::span<const uint8_t> radiusCode)
+void PageGraph::add(uint32_t page, uint32_t number, const PageData& data)
 {
     Slot& slot = _slots[number];
     assert(slot.page == kNoPage && _slotOfPage[page] < 0);
@@ -44,7 +42,7 @@ void PageGraph::add(uint32_t page, uint32_t number, std::span<const int16_t> hei
     slot.open = false;
     slot.originCol = static_cast<uint8_t>(kPageIntervals * (node.x & 1U));
     slot.originRow = static_cast<uint8_t>(kPageIntervals * (node.y & 1U));
-    slot.vertices.set(_shape, node, height, heightScaleM, heightOffsetM, errorCode, radiusCode);
+    slot.vertices.set(_shape, node, data);
     slot.box = tileBox(_shape, {node.depth, node.x, node.y}, node.minHeightM, node.maxHeightM);
     slot.texelM = 2.0 * std::max(slot.box.half.x, slot.box.half.y) / kPageIntervals;
     slot.box.half += slot.vertices.largestRadiusM();

@@ -46,10 +46,8 @@ public:
 
     PageGraph(const TerrainShape& shape, std::span<const PageNode> pages, uint32_t slots);
 
-    // The page has been loaded into a free slot; its parent must be resident. Heights and codes as
-    // BintreePage::set.
-    void add(uint32_t page, uint32_t slot, std::span<const int16_t> height, double heightScaleM,
-             double heightOffsetM, std::span<const uint8_t> errorCode, std::span<const uint8_t> radiusCode);
+    // The page has been loaded into a free slot; its parent must be resident.
+    void add(uint32_t page, uint32_t slot, const PageData& data);
     // The page is to be evicted: it is closed and none of its children is resident.
     void remove(uint32_t slot);
 

@@ -29,6 +29,7 @@ constexpr double kAimedShare = 0.95;
 constexpr double kFittingShare = 0.99; // when a frame would exceed it
 constexpr double kReachGain = 0.02;
 constexpr double kReachStep = 0.001;
+constexpr double kFarShare = 0.85; // below it, larger steps
 // With less than this share the view has changed as by a jump.
 constexpr double kJumpShare = 0.5;
 constexpr double kSettledShare = 0.9;
@@ -49,14 +50,12 @@ TreeSelector::TreeSelector(const TerrainShape& shape, std::span<const PageNode> 
     _wanted.reserve(8 * kWantedCapacity);
 }
 
-void TreeSelector::addPage(uint32_t page, uint32_t slot, std::span<const int16_t> height, double heightScaleM,
-                           double heightOffsetM, std::span<const uint8_t> errorCode,
-                           std::span<const uint8_t> radiusCode)
+void TreeSelector::addPage(uint32_t page, uint32_t slot, const PageData& data)
 {
-    _graph.add(page, slot, height, heightScaleM, heightOffsetM, errorCode, radiusCode);
+    _graph.add(page, slot, data);
 }
 
-void TreeSelector::removePage(uint32_t slot)
+void TreeSelector::removePage(uint32_t, uint32_t slot)
 {
     _graph.remove(slot);
 }
@@ -89,7 +88,8 @@ double TreeSelector::nextReach(const Motion& motion) const noexcept
     double reach = _reach;
     if (!motion.jumped && (motion.movedM > 0.0 || motion.turnRad > 0.0)) {
         const double share = static_cast<double>(_triangles) / _settings.triangleBudget;
-        reach *= 1.0 + std::clamp(kReachGain * (kAimedShare - share), -kReachStep, kReachStep);
+        const double step = share < kFarShare ? 4.0 * kReachStep : kReachStep;
+        reach *= 1.0 + std::clamp(kReachGain * (kAimedShare - share), -step, step);
     }
     return reach > 0.0 ? std::min(reach, _finestReach) : _finestReach;
 }

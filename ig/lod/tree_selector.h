@@ -28,9 +28,8 @@
 // is looked for at once. Two triangles always fit.
 #pragma once
 
-#include "ig/geo/view_state.h"
-#include "ig/lod/draw_list.h"
 #include "ig/lod/page_lists.h"
+#include "ig/lod/selector.h"
 
 #include <array>
 #include <cstdint>
@@ -51,7 +50,7 @@ struct TreeSettings {
 // Two triangles cover the grid.
 inline constexpr uint32_t kSmallestTreeBudget = 2;
 
-class TreeSelector {
+class TreeSelector final : public Selector {
 public:
     // pages: of the dataset, page 0 the root; must outlive the selector. slots: resident at one time.
     TreeSelector(const TerrainShape& shape, std::span<const PageNode> pages, uint32_t slots,
@@ -59,18 +58,10 @@ public:
     TreeSelector(const TreeSelector&) = delete;
     TreeSelector& operator=(const TreeSelector&) = delete;
 
-    // A page has come into a slot; its parent is resident. Heights and codes as BintreePage::set.
-    void addPage(uint32_t page, uint32_t slot, std::span<const int16_t> height, double heightScaleM,
-                 double heightOffsetM, std::span<const uint8_t> errorCode,
-                 std::span<const uint8_t> radiusCode);
-    // The page leaves its slot. It was not used by the last selection, nor is any of its children resident.
-    void removePage(uint32_t slot);
-
-    void setTriangleBudget(uint32_t triangles) noexcept { _settings.triangleBudget = triangles; }
-
-    // Fills out for this view. When the root is missing, nothing is drawn and the root is wanted. usedPages
-    // names children before their parents. No allocation once it has seen the like.
-    void select(const ViewState& view, DrawList& out);
+    void addPage(uint32_t page, uint32_t slot, const PageData& data) override;
+    void removePage(uint32_t page, uint32_t slot) override;
+    void setTriangleBudget(uint32_t triangles) override { _settings.triangleBudget = triangles; }
+    void select(const ViewState& view, DrawList& out) override;
 
 private:
     // A page that the view may need, and why.
