@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "ig/data/page_mesh.h"
 
-#include "ig/data/hierarchy.h"
+#include "ig/data/page_frame.h"
 #include "ig/data/tint.h"
 
 #include <glm/common.hpp>
@@ -18,42 +18,6 @@ namespace {
 
 constexpr int kSide = lod::kPagePosts;
 
-// What the posts of a row, or of a column, share. The formulas are those of toEcef, in the same order, so
-// that the same bits come out.
-struct RowTrig {
-    double sinLat, cosLat;
-    double normalM; // prime vertical radius of curvature
-    double centreM; // normalM * (1 - e^2)
-};
-struct ColumnTrig {
-    double sinLon, cosLon;
-};
-struct PageFrame {
-    std::array<RowTrig, kSide> row;
-    std::array<ColumnTrig, kSide> column;
-    std::array<uint32_t, kSide> gridRow, gridColumn;
-};
-
-void fillFrame(const lod::TerrainShape& shape, const lod::PageNode& page, PageFrame& frame)
-{
-    const double e2 = shape.ellipsoid.flattening * (2.0 - shape.ellipsoid.flattening);
-    for (size_t i = 0; i < kSide; ++i) {
-        const uint32_t gridRow = postRow(shape, page.depth, page.y, static_cast<int>(i));
-        const double lat = shape.northRad - gridRow * shape.latitudeStepRad;
-        RowTrig& row = frame.row[i];
-        row.sinLat = std::sin(lat);
-        row.cosLat = std::cos(lat);
-        row.normalM = shape.ellipsoid.semiMajorM / std::sqrt(1.0 - e2 * row.sinLat * row.sinLat);
-        row.centreM = row.normalM * (1.0 - e2);
-        frame.gridRow[i] = gridRow;
-
-        const uint32_t gridColumn = postColumn(shape, page.depth, page.x, static_cast<int>(i));
-        const double lon = shape.westRad + gridColumn * shape.longitudeStepRad;
-        frame.column[i] = {std::sin(lon), std::cos(lon)};
-        frame.gridColumn[i] = gridColumn;
-    }
-}
-
 void placeVertices(const DatasetInfo& dataset, const PageHeights& heights, const PageFrame& frame,
                    PageMesh& mesh)
 {
@@ -62,9 +26,7 @@ void placeVertices(const DatasetInfo& dataset, const PageHeights& heights, const
         const RowTrig& row = frame.row[j];
         for (size_t i = 0; i < kSide; ++i, ++at) {
             const double h = heights.post[at] * dataset.heightScaleM + dataset.heightOffsetM;
-            const double p = (row.normalM + h) * row.cosLat;
-            mesh.vertex[at].m = glm::dvec3(p * frame.column[i].cosLon, p * frame.column[i].sinLon,
-                                           (row.centreM + h) * row.sinLat);
+            mesh.vertex[at].m = placeOf(row, frame.column[i], h);
         }
     }
 }
@@ -153,8 +115,7 @@ void buildPageMesh(const DatasetInfo& dataset, const lod::PageNode& page, const 
     assert(heights.post.size() == size_t{kSide} * kSide);
     mesh.vertex.resize(size_t{kSide} * kSide);
     mesh.texel.resize(size_t{kPageTexels} * kPageTexels);
-    PageFrame frame;
-    fillFrame(dataset.shape, page, frame);
+    const PageFrame frame(dataset.shape, page);
     placeVertices(dataset, heights, frame, mesh);
     bakeTexels(dataset, heights, shading, frame, mesh);
 }
