@@ -34,18 +34,19 @@ inline std::vector<double> gridOf(const ig::data::Dataset& dataset)
 {
     const ig::data::DatasetInfo& info = dataset.info();
     std::vector<double> grid(size_t{info.shape.cols} * info.shape.rows);
-    ig::data::PageHeights heights;
+    ig::data::PageReader reader(dataset);
     for (uint32_t page = 0; page < dataset.pages().size(); ++page) {
         const ig::lod::PageNode& node = dataset.pages()[page];
         if (node.depth != info.shape.deepestPage)
             continue;
-        if (const auto read = dataset.readPage(page, heights); !read)
-            throw std::runtime_error(read.error().message);
+        const auto heights = reader.read(page);
+        if (!heights)
+            throw std::runtime_error(heights.error().message);
         for (int j = 0; j < ig::lod::kPagePosts; ++j)
             for (int i = 0; i < ig::lod::kPagePosts; ++i)
                 grid[size_t{ig::data::postRow(info.shape, node.depth, node.y, j)} * info.shape.cols +
                      ig::data::postColumn(info.shape, node.depth, node.x, i)] =
-                    heights.post[static_cast<size_t>(j * ig::lod::kPagePosts + i)] * info.heightScaleM +
+                    (*heights)->post[static_cast<size_t>(j * ig::lod::kPagePosts + i)] * info.heightScaleM +
                     info.heightOffsetM;
     }
     return grid;

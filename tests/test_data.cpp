@@ -48,9 +48,9 @@ bool isNoticed(const std::string& path)
     const Result<data::Dataset> dataset = data::Dataset::open(path);
     if (!dataset)
         return dataset.error().kind == ErrorKind::dataset && dataset.error().message.find(path) == 0;
-    data::PageHeights heights;
+    data::PageReader reader(*dataset);
     for (uint32_t page = 0; page < dataset->pages().size(); ++page)
-        if (const auto read = dataset->readPage(page, heights); !read)
+        if (const auto read = reader.read(page); !read)
             return read.error().kind == ErrorKind::dataset &&
                    read.error().message.find("page depth") != std::string::npos;
     return false;
@@ -68,11 +68,13 @@ TEST_CASE("every page has the posts of the grid, padding repeats the last ones")
         const data::DatasetInfo& info = dataset.info();
         REQUIRE(info.shape.cols == cols);
         REQUIRE(info.shape.rows == rows);
-        data::PageHeights heights;
+        data::PageReader reader(dataset);
         int wrong = 0;
         for (uint32_t page = 0; page < dataset.pages().size(); ++page) {
             const lod::PageNode& node = dataset.pages()[page];
-            REQUIRE(dataset.readPage(page, heights));
+            const auto read = reader.read(page);
+            REQUIRE(read);
+            const data::PageHeights& heights = **read;
             for (uint32_t j = 0; j < 65; ++j)
                 for (uint32_t i = 0; i < 65; ++i) {
                     const int shift = info.shape.deepestPage - node.depth;
@@ -116,49 +118,87 @@ TEST_CASE("the pages are the quadtree over the grid, coarse to fine, each child 
     CHECK(std::all_of(listed.begin() + 1, listed.end(), [](int times) { return times == 1; }));
 }
 
-TEST_CASE("any 16-bit heights survive the page codec, in bounded space")
+namespace {
+
+// A page of each sort of ground, with codes as wild as the heights.
+data::PageHeights wildPage(int kind, test::Dice& dice)
+{
+    data::PageHeights page;
+    for (size_t i = 0; i < data::kPagePostCount; ++i) {
+        page.post.push_back(
+            static_cast<int16_t>(kind == 0   ? 0
+                                 : kind == 1 ? static_cast<int>(dice.next())
+                                 : kind == 2 ? (i % 2 == 0 ? -32768 : 32767)
+                                 : kind == 3 ? static_cast<int>(i % 65) * 3 - static_cast<int>(i / 65) * 7
+                                             : static_cast<int>(dice.next() % 5)));
+        page.errorCode.push_back(static_cast<uint8_t>(kind == 3 ? 77 : dice.next()));
+        page.radiusCode.push_back(static_cast<uint8_t>(kind == 3 ? 99 : dice.next()));
+    }
+    return page;
+}
+
+// What a page has before its payload is decoded: its parent's posts, the rest is anything.
+data::PageHeights beforeDecoding(const data::PageHeights& page, const data::PageContent& content)
+{
+    data::PageHeights before = page;
+    for (size_t i = 0; i < data::kPagePostCount; ++i)
+        if (content.isRoot || i % 65 % 2 != 0 || i / 65 % 2 != 0) {
+            before.post[i] = 12345;
+            before.errorCode[i] = before.radiusCode[i] = 123;
+        }
+    return before;
+}
+
+} // namespace
+
+TEST_CASE("any 16-bit heights and any codes survive the page codec, in bounded space")
 {
     test::Dice dice(7);
-    data::PageHeights in;
-    data::PageHeights out;
     std::vector<uint8_t> payload;
-    for (int kind = 0; kind < 5; ++kind) {
-        in.post.resize(data::kPagePostCount);
-        for (size_t i = 0; i < in.post.size(); ++i)
-            in.post[i] =
-                static_cast<int16_t>(kind == 0   ? 0
-                                     : kind == 1 ? static_cast<int>(dice.next())
-                                     : kind == 2 ? (i % 2 == 0 ? -32768 : 32767)
-                                     : kind == 3 ? static_cast<int>(i % 65) * 3 - static_cast<int>(i / 65) * 7
-                                                 : static_cast<int>(dice.next() % 5));
-        in.hole.assign(kind == 4 ? data::kPageCellCount : 0, false);
-        for (size_t i = 0; i < in.hole.size(); ++i)
-            in.hole[i] = dice.next() % 3 == 0;
-        data::encodePage(in, payload);
-        CHECK(payload.size() <= data::kMaxPayloadBytes);
-        REQUIRE(data::decodePage(payload, kind == 4, out));
-        CHECK(in.post == out.post);
-        CHECK(in.hole == out.hole);
-        CHECK_FALSE(data::decodePage(payload, kind != 4, out));
-    }
+    for (int kind = 0; kind < 5; ++kind)
+        for (int which = 0; which < 8; ++which) {
+            const data::PageContent content{(which & 1) != 0, (which & 2) != 0, (which & 4) != 0};
+            data::PageHeights in = wildPage(kind, dice);
+            in.hole.assign(content.hasHoles ? data::kPageCellCount : 0, false);
+            for (size_t i = 0; i < in.hole.size(); ++i)
+                in.hole[i] = dice.next() % 3 == 0;
+            data::encodePage(in, content, payload);
+            CHECK(payload.size() <= data::kMaxPayloadBytes);
+            data::PageHeights out = beforeDecoding(in, content);
+            REQUIRE(data::decodePage(payload, content, out));
+            CHECK(in.post == out.post);
+            CHECK(in.hole == out.hole);
+            int wrong = 0;
+            for (size_t i = 0; i < data::kPagePostCount; ++i)
+                if (!content.isDeepest || (i % 65 % 2 == 0 && i / 65 % 2 == 0))
+                    wrong += in.errorCode[i] != out.errorCode[i] || in.radiusCode[i] != out.radiusCode[i];
+            CHECK(wrong == 0);
+            for (int other = 0; other < 8; ++other)
+                if (other != which)
+                    CHECK_FALSE(data::decodePage(
+                        payload, {(other & 1) != 0, (other & 2) != 0, (other & 4) != 0}, out));
+        }
 }
 
 TEST_CASE("no payload, however it is broken, crashes the page codec")
 {
     test::Dice dice(3);
-    data::PageHeights heights;
-    heights.post.assign(data::kPagePostCount, 5);
-    std::vector<uint8_t> payload;
-    data::encodePage(heights, payload);
-    for (size_t length = 0; length < payload.size(); ++length) {
-        const std::vector<uint8_t> cut(payload.begin(),
-                                       payload.begin() + static_cast<std::ptrdiff_t>(length));
-        CHECK_FALSE(data::decodePage(cut, false, heights));
-    }
-    for (int i = 0; i < 2000; ++i) {
-        std::vector<uint8_t> broken = payload;
-        broken[dice.next() % broken.size()] = static_cast<uint8_t>(dice.next());
-        (void)data::decodePage(broken, i % 2 == 0, heights);
+    for (int which = 0; which < 8; ++which) {
+        const data::PageContent content{(which & 1) != 0, (which & 2) != 0, (which & 4) != 0};
+        data::PageHeights heights = wildPage(3, dice);
+        heights.hole.assign(content.hasHoles ? data::kPageCellCount : 0, true);
+        std::vector<uint8_t> payload;
+        data::encodePage(heights, content, payload);
+        for (size_t length = 0; length < payload.size(); ++length) {
+            const std::vector<uint8_t> cut(payload.begin(),
+                                           payload.begin() + static_cast<std::ptrdiff_t>(length));
+            CHECK_FALSE(data::decodePage(cut, content, heights));
+        }
+        for (int i = 0; i < 1000; ++i) {
+            std::vector<uint8_t> broken = payload;
+            broken[dice.next() % broken.size()] = static_cast<uint8_t>(dice.next());
+            (void)data::decodePage(broken, content, heights);
+        }
     }
 }
 
@@ -243,10 +283,13 @@ TEST_CASE("what is no dataset is refused with words that say so")
     CHECK_THAT(message(dir.file("text.ept")), Catch::Contains("not an .ept terrain dataset"));
     compile(dir.file("a.ept"), 5, 5);
     std::vector<uint8_t> bytes = test::bytesOf(dir.file("a.ept"));
-    bytes[8] = 2;
-    test::writeBytes(dir.file("newer.ept"), bytes);
-    CHECK_THAT(message(dir.file("newer.ept")),
-               Catch::Contains("format version 2") && Catch::Contains("version 1"));
+    for (const uint8_t version : {uint8_t{1}, uint8_t{3}}) {
+        bytes[8] = version;
+        test::writeBytes(dir.file("other.ept"), bytes);
+        CHECK_THAT(message(dir.file("other.ept")),
+                   Catch::Contains("format version " + std::to_string(version)) &&
+                       Catch::Contains("reads version 2") && Catch::Contains("compile it again"));
+    }
 }
 
 TEST_CASE("values that no compiler writes are refused though the checksums are right")
@@ -341,10 +384,13 @@ TEST_CASE("a file that is cut while open gives errors, not signals")
     const test::TempDir dir;
     compile(dir.file("a.ept"), 200, 200);
     const data::Dataset dataset = opened(dir.file("a.ept"));
+    const auto last = static_cast<uint32_t>(dataset.pages().size() - 1);
+    data::PageReader reader(dataset);
+    const auto parent = reader.read(static_cast<uint32_t>(dataset.parentOf(last)));
+    REQUIRE(parent);
     std::filesystem::resize_file(dir.file("a.ept"), 300);
     data::PageHeights heights;
-    const auto last = static_cast<uint32_t>(dataset.pages().size() - 1);
-    const Result<void> read = dataset.readPage(last, heights);
+    const Result<void> read = dataset.readPage(last, *parent, heights);
     REQUIRE_FALSE(read);
     CHECK_THAT(read.error().message, Catch::Contains("page depth 2 x 3 y 3") && Catch::Contains("cut short"));
 }
@@ -358,24 +404,27 @@ TEST_CASE("threads read pages at the same time, and reading again allocates noth
     std::vector<std::thread> threads;
     for (size_t t = 0; t < sums.size(); ++t)
         threads.emplace_back([&, t] {
-            data::PageHeights heights;
+            data::PageReader reader(dataset);
             for (uint32_t page = 0; page < dataset.pages().size(); ++page)
-                if (dataset.readPage(page, heights))
-                    for (const int16_t post : heights.post)
-                        sums[t] = static_cast<int16_t>(sums[t] * 31 + post);
+                if (const auto heights = reader.read(page))
+                    for (size_t i = 0; i < data::kPagePostCount; ++i)
+                        sums[t] = static_cast<int16_t>(sums[t] * 31 + (*heights)->post[i] +
+                                                       (*heights)->errorCode[i] + (*heights)->radiusCode[i]);
         });
     for (std::thread& thread : threads)
         thread.join();
     CHECK(sums[0] != 0);
     CHECK(std::count(sums.begin(), sums.end(), sums[0]) == 4);
 
-    data::PageHeights heights;
+    std::vector<data::PageHeights> heights(dataset.pages().size());
     data::PageMesh mesh;
     bool fine = true;
     const auto readAll = [&] {
         for (uint32_t page = 0; page < dataset.pages().size(); ++page) {
-            fine = fine && static_cast<bool>(dataset.readPage(page, heights));
-            data::buildPageMesh(dataset.info(), dataset.pages()[page], heights, {}, mesh);
+            const data::PageHeights* parent =
+                page == 0 ? nullptr : &heights[static_cast<size_t>(dataset.parentOf(page))];
+            fine = fine && static_cast<bool>(dataset.readPage(page, parent, heights[page]));
+            data::buildPageMesh(dataset.info(), dataset.pages()[page], heights[page], {}, mesh);
         }
     };
     readAll();
@@ -392,14 +441,16 @@ TEST_CASE("vertices are the posts in ECEF, the same bits on both sides of a bord
     compile(dir.file("a.ept"), 150, 140);
     const data::Dataset dataset = opened(dir.file("a.ept"));
     const data::DatasetInfo& info = dataset.info();
-    data::PageHeights heights;
+    data::PageReader reader(dataset);
     data::PageMesh mesh;
     std::map<std::pair<uint32_t, uint32_t>, glm::dvec3> seen;
     int different = 0;
     double farthest = 0;
     for (uint32_t page = 0; page < dataset.pages().size(); ++page) {
         const lod::PageNode& node = dataset.pages()[page];
-        REQUIRE(dataset.readPage(page, heights));
+        const auto read = reader.read(page);
+        REQUIRE(read);
+        const data::PageHeights& heights = **read;
         data::buildPageMesh(info, node, heights, {}, mesh);
         REQUIRE(mesh.vertex.size() == data::kPagePostCount);
         for (int j = 0; j < 65; ++j)
@@ -449,7 +500,7 @@ uint32_t litPlane(double eastwards, double southwards, double azimuthDeg, double
         dir.file("p.ept")));
     const data::Dataset dataset = opened(dir.file("p.ept"));
     data::PageHeights heights;
-    REQUIRE(dataset.readPage(0, heights));
+    REQUIRE(dataset.readPage(0, nullptr, heights));
     data::ShadingSettings shading;
     shading.sunAzimuthRad = azimuthDeg * kRadPerDeg;
     shading.sunElevationRad = elevationDeg * kRadPerDeg;
@@ -485,7 +536,7 @@ TEST_CASE("sea is blue, lowland green, summits white, a hole transparent")
     const data::Dataset dataset = opened(dir.file("a.ept"));
     CHECK(dataset.info().hasHoles);
     data::PageHeights heights;
-    REQUIRE(dataset.readPage(0, heights));
+    REQUIRE(dataset.readPage(0, nullptr, heights));
     data::ShadingSettings shading;
     shading.sunElevationRad = 0.8;
     data::PageMesh mesh;
@@ -511,7 +562,7 @@ TEST_CASE("another body's colours follow its own range of heights, without sea")
         65, 65, place, [](uint32_t c, uint32_t) { return c < 32 ? -3000.0 : -1000.0; }, dir.file("a.ept")));
     const data::Dataset dataset = opened(dir.file("a.ept"));
     data::PageHeights heights;
-    REQUIRE(dataset.readPage(0, heights));
+    REQUIRE(dataset.readPage(0, nullptr, heights));
     data::ShadingSettings shading;
     shading.sunElevationRad = 0.8;
     data::PageMesh mesh;

@@ -237,10 +237,12 @@ TEST_CASE("a coarse cell is a hole where most of the grid's cells in it are")
         dir.file("a.ept")));
     const Result<data::Dataset> dataset = data::Dataset::open(dir.file("a.ept"));
     REQUIRE(dataset);
-    data::PageHeights heights;
+    data::PageReader reader(*dataset);
     for (uint32_t page = 0; page < dataset->pages().size(); ++page) {
         const lod::PageNode& node = dataset->pages()[page];
-        REQUIRE(dataset->readPage(page, heights));
+        const auto read = reader.read(page);
+        REQUIRE(read);
+        const data::PageHeights& heights = **read;
         if (node.x > 0) {
             CHECK(heights.hole.empty());
             continue;

@@ -3,6 +3,8 @@
 
 #include "ig/app/steady_clock.h"
 
+#include <utility>
+
 namespace ig::app {
 
 TerrainEngine::TerrainEngine(data::Dataset dataset, const TerrainSettings& settings, gl::Renderer& renderer,
@@ -10,8 +12,13 @@ TerrainEngine::TerrainEngine(data::Dataset dataset, const TerrainSettings& setti
     : _dataset(std::move(dataset)), _settings(settings), _renderer(renderer), _log(log),
       _selector(_dataset.info().shape, _dataset.pages(), settings.selection),
       _slots(static_cast<uint32_t>(_dataset.pages().size()), settings.pageSlots),
-      _damaged(_dataset.pages().size(), false)
+      _heights(settings.pageSlots), _damaged(_dataset.pages().size(), false)
 {
+    // Room for any page now, so that loading never allocates.
+    for (data::PageHeights& heights : _heights) {
+        heights.reserve();
+    }
+    _loaded.reserve();
 }
 
 Result<void> TerrainEngine::preload(const ViewState& view)
@@ -66,20 +73,32 @@ void TerrainEngine::load(FrameStats& stats)
     stats.loadNs = steadyNs() - start;
 }
 
-// Bytes handed to GL; 0 when the page is damaged or there is no room.
+// Bytes handed to GL; 0 when the page is damaged or there is no room. A page whose parent is not resident
+// waits for it, and the parent is loaded instead.
 uint64_t TerrainEngine::loadPage(uint32_t page)
 {
+    const std::span<const int32_t> slotOfPage = _slots.slotOfPage();
+    int32_t parent = _dataset.parentOf(page);
+    while (parent != lod::kNoPage && slotOfPage[static_cast<size_t>(parent)] < 0) {
+        page = static_cast<uint32_t>(parent);
+        parent = _dataset.parentOf(page);
+    }
     if (_damaged[page] || !_slots.hasRoom()) {
         return 0;
     }
-    if (const auto read = _dataset.readPage(page, _heights); !read) {
+    const data::PageHeights* parentHeights =
+        parent != lod::kNoPage ? &_heights[static_cast<size_t>(slotOfPage[static_cast<size_t>(parent)])]
+                               : nullptr;
+    if (const auto read = _dataset.readPage(page, parentHeights, _loaded); !read) {
         _damaged[page] = true;
         ++_damagedCount;
         _log.write(LogLevel::error, read.error().message + "; drawn by its coarser ancestor");
         return 0;
     }
-    data::buildPageMesh(_dataset.info(), _dataset.pages()[page], _heights, _settings.shading, _mesh);
-    return _renderer.upload(*_slots.place(page), _mesh);
+    data::buildPageMesh(_dataset.info(), _dataset.pages()[page], _loaded, _settings.shading, _mesh);
+    const uint32_t slot = *_slots.place(page);
+    std::swap(_heights[slot], _loaded);
+    return _renderer.upload(slot, _mesh);
 }
 
 } // namespace ig::app

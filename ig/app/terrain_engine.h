@@ -55,9 +55,10 @@ private:
     lod::GeomipSelector _selector;
     data::PageSlots _slots;
     lod::DrawList _list;
-    data::PageHeights _heights; // scratch of loadPage
-    data::PageMesh _mesh;       // scratch of loadPage
-    std::vector<bool> _damaged; // by page: reported, not asked for again
+    std::vector<data::PageHeights> _heights; // by slot, of the resident pages: their children need them
+    data::PageHeights _loaded;               // scratch of loadPage
+    data::PageMesh _mesh;                    // scratch of loadPage
+    std::vector<bool> _damaged;              // by page: reported, not asked for again
     uint32_t _damagedCount = 0;
 };
 

@@ -4,6 +4,7 @@
 #include "ig/data/ept_format.h"
 #include "ig/data/hierarchy.h"
 #include "ig/data/page_codec.h"
+#include "ig/data/vertex_codes.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -72,6 +73,14 @@ std::string pageName(const lod::PageNode& node)
 
 } // namespace
 
+void PageHeights::reserve()
+{
+    post.reserve(kPagePostCount);
+    errorCode.reserve(kPagePostCount);
+    radiusCode.reserve(kPagePostCount);
+    hole.reserve(kPageCellCount);
+}
+
 struct Dataset::Impl {
     Impl(std::string name, int descriptor) : path(std::move(name)), file(descriptor) {}
     Result<void> readIndex(const EptHeader& header);
@@ -81,6 +90,7 @@ struct Dataset::Impl {
     DatasetInfo info;
     std::vector<lod::PageNode> pages;
     std::vector<PagePlace> places;
+    std::vector<int32_t> parents;
 };
 
 Result<void> Dataset::Impl::readIndex(const EptHeader& header)
@@ -110,10 +120,16 @@ Result<void> Dataset::Impl::readIndex(const EptHeader& header)
     }
     if (next != header.indexOffset)
         return damaged("payloads do not fill the file");
-    for (const lod::PageNode& node : pages)
-        for (const int32_t child : node.child)
-            if (child != lod::kNoPage && pages[static_cast<size_t>(child)].errorM > node.errorM)
+    parents.assign(pages.size(), lod::kNoPage);
+    for (size_t i = 0; i < pages.size(); ++i)
+        for (const int32_t number : pages[i].child) {
+            if (number == lod::kNoPage)
+                continue;
+            const auto child = static_cast<size_t>(number);
+            parents[child] = static_cast<int32_t>(i);
+            if (pages[child].errorM > pages[i].errorM)
                 return damaged("errors do not fall with depth");
+        }
     return {};
 }
 
@@ -157,12 +173,94 @@ std::span<const lod::PageNode> Dataset::pages() const noexcept
     return _impl->pages;
 }
 
-Result<void> Dataset::readPage(uint32_t page, PageHeights& heights) const
+int32_t Dataset::parentOf(uint32_t page) const noexcept
+{
+    return _impl->parents[page];
+}
+
+namespace {
+
+constexpr int kSide = lod::kPagePosts;
+constexpr int kLast = lod::kPageIntervals;
+constexpr int kHalf = kLast / 2;
+
+size_t at(int column, int row)
+{
+    return static_cast<size_t>(row * kSide + column);
+}
+
+// Ends of the edge that a post of a page splits, of which one coordinate at least is half way, the others 0
+// or 64: it lies in the middle of the page or of a side.
+std::array<size_t, 2> endsOfMiddle(const lod::PageNode& page, int column, int row)
+{
+    if (row != kHalf)
+        return {at(0, row), at(kLast, row)};
+    if (column != kHalf)
+        return {at(column, 0), at(column, kLast)};
+    // A diagonal, from the corner whose coordinates on the grid are odd multiples of a page's width.
+    const int oddColumn = page.x % 2 != 0 ? 0 : kLast;
+    const int oddRow = page.y % 2 != 0 ? 0 : kLast;
+    return {at(oddColumn, oddRow), at(kLast - oddColumn, kLast - oddRow)};
+}
+
+// What a page has from its parent.
+void inherit(const lod::PageNode& page, const lod::PageNode& parentPage, const PageHeights& parent,
+             PageHeights& out)
+{
+    const int firstColumn = kHalf * static_cast<int>(page.x % 2);
+    const int firstRow = kHalf * static_cast<int>(page.y % 2);
+    for (int row = 0; row <= kHalf; ++row)
+        for (int column = 0; column <= kHalf; ++column) {
+            const size_t from = at(firstColumn + column, firstRow + row);
+            const size_t to = at(2 * column, 2 * row);
+            out.post[to] = parent.post[from];
+            out.errorCode[to] = parent.errorCode[from];
+            out.radiusCode[to] = parent.radiusCode[from];
+        }
+    for (int corner = 0; corner < 4; ++corner) {
+        const int column = firstColumn + kHalf * (corner % 2);
+        const int row = firstRow + kHalf * (corner / 2);
+        auto& ends = out.cornerEnds[static_cast<size_t>(corner)];
+        if (column % kLast == 0 && row % kLast == 0) {
+            ends = parent.cornerEnds[static_cast<size_t>(row / kLast * 2 + column / kLast)];
+            continue;
+        }
+        const std::array<size_t, 2> posts = endsOfMiddle(parentPage, column, row);
+        ends = {parent.post[posts[0]], parent.post[posts[1]]};
+    }
+}
+
+// Codes of the vertices that the file leaves out.
+void computeFinest(const DatasetInfo& info, const lod::PageNode& page, PageHeights& out)
+{
+    struct FinestScratch {
+        PagePlaces places;
+        std::vector<double> ownErrorM = std::vector<double>(kPagePostCount);
+    };
+    thread_local FinestScratch scratch;
+    const PageFrame frame(info.shape, page);
+    size_t post = 0;
+    for (size_t row = 0; row < kSide; ++row)
+        for (size_t column = 0; column < kSide; ++column, ++post)
+            scratch.places.set(post, placeOf(frame.row[row], frame.column[column],
+                                             out.post[post] * info.heightScaleM + info.heightOffsetM));
+    const auto lastPost = [](uint32_t posts, uint32_t pageAlong) {
+        return std::min<int64_t>(int64_t{posts} - 1 - int64_t{pageAlong} * kLast, kLast);
+    };
+    measureFinest(scratch.places, lastPost(info.shape.cols, page.x), lastPost(info.shape.rows, page.y),
+                  scratch.ownErrorM, out.errorCode, out.radiusCode);
+}
+
+} // namespace
+
+Result<void> Dataset::readPage(uint32_t page, const PageHeights* parent, PageHeights& out) const
 {
     assert(page < _impl->pages.size());
+    assert((parent == nullptr) == (page == 0));
+    const lod::PageNode& node = _impl->pages[page];
     const PagePlace& place = _impl->places[page];
     const auto bad = [&](const std::string& what) {
-        return fail(ErrorKind::dataset, _impl->path + ": " + pageName(_impl->pages[page]) + ": " + what);
+        return fail(ErrorKind::dataset, _impl->path + ": " + pageName(node) + ": " + what);
     };
     thread_local std::vector<uint8_t> buffer(kMaxPayloadBytes);
     const auto payload = std::span(buffer).first(place.bytes);
@@ -173,9 +271,45 @@ Result<void> Dataset::readPage(uint32_t page, PageHeights& heights) const
         return bad("the file is cut short");
     if (checksum(payload) != place.checksum)
         return bad("damaged (checksum)");
-    if (!decodePage(payload, place.hasHoles, heights))
+
+    out.post.resize(kPagePostCount);
+    out.errorCode.resize(kPagePostCount);
+    out.radiusCode.resize(kPagePostCount);
+    if (parent != nullptr)
+        inherit(node, _impl->pages[static_cast<size_t>(_impl->parents[page])], *parent, out);
+    else
+        out.cornerEnds = {};
+    const bool isDeepest = node.depth == _impl->info.shape.deepestPage;
+    if (!decodePage(payload, {parent == nullptr, isDeepest, place.hasHoles}, out))
         return bad("damaged (content)");
+    if (isDeepest)
+        computeFinest(_impl->info, node, out);
     return {};
+}
+
+PageReader::PageReader(const Dataset& dataset)
+    : _dataset(dataset), _heights(static_cast<size_t>(dataset.info().shape.deepestPage) + 1),
+      _page(_heights.size(), lod::kNoPage)
+{
+}
+
+Result<const PageHeights*> PageReader::read(uint32_t page)
+{
+    std::array<uint32_t, lod::kMaxPageDepth + 1> chain; // by depth
+    const size_t depth = _dataset.pages()[page].depth;
+    for (auto ancestor = static_cast<int32_t>(page); ancestor != lod::kNoPage;
+         ancestor = _dataset.parentOf(static_cast<uint32_t>(ancestor)))
+        chain[_dataset.pages()[static_cast<size_t>(ancestor)].depth] = static_cast<uint32_t>(ancestor);
+    for (size_t d = 0; d <= depth; ++d) {
+        if (_page[d] == static_cast<int32_t>(chain[d]))
+            continue;
+        _page[d] = lod::kNoPage;
+        if (Result<void> read = _dataset.readPage(chain[d], d > 0 ? &_heights[d - 1] : nullptr, _heights[d]);
+            !read)
+            return Unexpected{read.error()};
+        _page[d] = static_cast<int32_t>(chain[d]);
+    }
+    return &_heights[depth];
 }
 
 } // namespace ig::data

@@ -19,13 +19,17 @@ namespace ig::data {
 // value * heightScaleM + heightOffsetM of the dataset.
 struct PageHeights {
     std::vector<int16_t> post; // kPagePosts * kPagePosts
-    // Codes of each post as a vertex of the bin-tree, see ig/lod/vertex_error.h; as long as post.
+    // Codes of each post as a vertex of the bin-tree, see ig/lod/vertex_error.h; as long as post. Of the
+    // posts that ancestors introduce, too: a shared vertex has the same codes in every page.
     std::vector<uint8_t> errorCode, radiusCode;
     // Values of the two ends of the edge that each corner post splits (north-west, north-east, south-west,
     // south-east): the only posts of a page whose ends lie outside of it. 0 for corners of the grid.
     std::array<std::array<int16_t, 2>, 4> cornerEnds{};
     // Cells (row * 64 + col) that are a hole; empty when the page has none.
     std::vector<bool> hole;
+
+    // Memory for any page.
+    void reserve();
 };
 
 struct DatasetInfo {
@@ -55,14 +59,34 @@ public:
     // All pages, coarse to fine; page 0 is the root. Page numbers index this span.
     std::span<const lod::PageNode> pages() const noexcept;
 
-    // Reads, checks and decodes a page into heights (resized on first use, then reused: no allocation).
-    // Thread-safe for different outputs. Errors (dataset): unreadable or damaged; the message names the page.
-    Result<void> readPage(uint32_t page, PageHeights& heights) const;
+    // Page that has this one for a child; kNoPage for the root.
+    int32_t parentOf(uint32_t page) const noexcept;
+
+    // Reads, checks and decodes a page into out (resized on first use, then reused: no allocation). parent:
+    // the parent page as readPage decoded it, which has every fourth post; nullptr for the root and only
+    // there. Thread-safe for different outputs. Errors (dataset): unreadable or damaged; the message names
+    // the page.
+    Result<void> readPage(uint32_t page, const PageHeights* parent, PageHeights& out) const;
 
 private:
     struct Impl;
     explicit Dataset(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> _impl;
+};
+
+// Pages in any order, for callers that keep no parents: reads the ancestors that the page before had not.
+class PageReader {
+public:
+    // dataset must outlive the reader.
+    explicit PageReader(const Dataset& dataset);
+
+    // Valid until the next call. Errors (dataset): of the page, or of an ancestor.
+    Result<const PageHeights*> read(uint32_t page);
+
+private:
+    const Dataset& _dataset;
+    std::vector<PageHeights> _heights; // by depth: the last page and its ancestors
+    std::vector<int32_t> _page;        // what they are of, kNoPage where nothing was read
 };
 
 } // namespace ig::data

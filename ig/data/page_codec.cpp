@@ -3,9 +3,9 @@
 
 #include <zstd.h>
 
+#include <algorithm>
 #include <array>
 #include <cassert>
-#include <cstdlib>
 #include <memory>
 
 namespace ig::data {
@@ -13,8 +13,10 @@ namespace ig::data {
 namespace {
 
 constexpr int kSide = lod::kPagePosts;
+constexpr int kLast = kSide - 1;
 constexpr size_t kHoleBytes = kPageCellCount / 8;
-constexpr size_t kPlainBytes = 2 * kPagePostCount;
+constexpr size_t kMostPlainBytes = 4 * kPagePostCount + kHoleBytes;
+constexpr size_t kEvenPosts = size_t{kSide / 2 + 1} * (kSide / 2 + 1);
 constexpr int kZstdLevel = 9;
 
 struct FreeContext {
@@ -26,7 +28,7 @@ struct FreeContext {
 struct Scratch {
     std::unique_ptr<ZSTD_CCtx, FreeContext> compress;
     std::unique_ptr<ZSTD_DCtx, FreeContext> decompress;
-    std::array<uint8_t, kPlainBytes + kHoleBytes> plain;
+    std::array<uint8_t, kMostPlainBytes> plain;
 };
 Scratch& scratch()
 {
@@ -34,22 +36,69 @@ Scratch& scratch()
     return s;
 }
 
-// Median of left, up and left + up - upper left: the predictor of LOCO-I (Weinberger et al. 2000, sec. III).
-int predict(const int16_t* post, int col, int row)
+// How many posts a payload has heights and codes of.
+size_t heightCount(const PageContent& content)
 {
-    const int16_t* here = post + row * kSide + col;
+    return content.isRoot ? kPagePostCount : kPagePostCount - kEvenPosts;
+}
+size_t codeCount(const PageContent& content)
+{
+    return (content.isRoot ? kEvenPosts : 0) + (content.isDeepest ? 0 : kPagePostCount - kEvenPosts);
+}
+size_t plainBytes(const PageContent& content)
+{
+    return 2 * heightCount(content) + 2 * codeCount(content) + (content.hasHoles ? kHoleBytes : 0);
+}
+
+size_t at(int column, int row)
+{
+    return static_cast<size_t>(row * kSide + column);
+}
+
+// Calls each(column, row) for the posts of a kind: in the order of the payload, row by row.
+template <class Each>
+void forPosts(int firstColumn, int firstRow, const Each& each)
+{
+    for (int row = firstRow; row < kSide; row += 2)
+        for (int column = firstColumn; column < kSide; column += 2)
+            each(column, row);
+}
+
+// Median of left, up and left + up - upper left: the predictor of LOCO-I (Weinberger et al. 2000, sec. III).
+// Of the posts with even column and row.
+int predictEven(const int16_t* post, int column, int row)
+{
+    const int16_t* here = post + at(column, row);
     if (row == 0)
-        return col == 0 ? 0 : here[-1];
-    if (col == 0)
-        return here[-kSide];
-    const int left = here[-1];
-    const int up = here[-kSide];
-    const int corner = here[-kSide - 1];
+        return column == 0 ? 0 : here[-2];
+    if (column == 0)
+        return here[-2 * kSide];
+    const int left = here[-2];
+    const int up = here[-2 * kSide];
+    const int corner = here[-2 * kSide - 2];
     if (corner >= std::max(left, up))
         return std::min(left, up);
     if (corner <= std::min(left, up))
         return std::max(left, up);
     return left + up - corner;
+}
+
+// Mean of the four diagonal neighbours.
+int predictCentre(const int16_t* post, int column, int row)
+{
+    const int16_t* here = post + at(column, row);
+    return (here[-kSide - 1] + here[-kSide + 1] + here[kSide - 1] + here[kSide + 1] + 2) >> 2;
+}
+
+// Mean of the neighbours in the row and the column; on the border of the page, of the two along it.
+int predictEdge(const int16_t* post, int column, int row)
+{
+    const int16_t* here = post + at(column, row);
+    if (row == 0 || row == kLast)
+        return (here[-1] + here[1] + 1) >> 1;
+    if (column == 0 || column == kLast)
+        return (here[-kSide] + here[kSide] + 1) >> 1;
+    return (here[-1] + here[1] + here[-kSide] + here[kSide] + 2) >> 2;
 }
 
 // Residuals wrap at 16 bits; small ones of either sign become small numbers.
@@ -63,31 +112,81 @@ int unzigzag(uint16_t value)
     return static_cast<int>(value >> 1) ^ -static_cast<int>(value & 1);
 }
 
+// Calls code(post, prediction) for all posts whose heights a payload holds; predictions need the posts
+// before.
+template <class Code>
+void codeHeights(const PageContent& content, const int16_t* post, const Code& code)
+{
+    if (content.isRoot)
+        forPosts(0, 0, [&](int c, int r) { code(at(c, r), predictEven(post, c, r)); });
+    forPosts(1, 1, [&](int c, int r) { code(at(c, r), predictCentre(post, c, r)); });
+    forPosts(1, 0, [&](int c, int r) { code(at(c, r), predictEdge(post, c, r)); });
+    forPosts(0, 1, [&](int c, int r) { code(at(c, r), predictEdge(post, c, r)); });
+}
+
+// The same for codes of error and radius: code(post, predicted error, predicted radius).
+template <class Code>
+void codeCodes(const PageContent& content, const uint8_t* error, const uint8_t* radius, const Code& code)
+{
+    const auto left = [](const uint8_t* codes, int c, int r) {
+        return c >= 2 ? codes[at(c - 2, r)] : r >= 2 ? codes[at(c, r - 2)] : uint8_t{0};
+    };
+    if (content.isRoot)
+        forPosts(0, 0, [&](int c, int r) { code(at(c, r), left(error, c, r), left(radius, c, r)); });
+    if (content.isDeepest)
+        return;
+    forPosts(1, 1, [&](int c, int r) {
+        const int nw = error[at(c - 1, r - 1)], ne = error[at(c + 1, r - 1)];
+        const int sw = error[at(c - 1, r + 1)], se = error[at(c + 1, r + 1)];
+        const int parent = (c / 2 + r / 2) % 2 == 0 ? std::min(ne, sw) : std::min(nw, se);
+        code(at(c, r), parent, left(radius, c, r));
+    });
+    forPosts(1, 0, [&](int c, int r) {
+        const int north = r > 0 ? error[at(c, r - 1)] : 255;
+        const int south = r < kLast ? error[at(c, r + 1)] : 255;
+        code(at(c, r), std::min(north, south), left(radius, c, r));
+    });
+    forPosts(0, 1, [&](int c, int r) {
+        const int west = c > 0 ? error[at(c - 1, r)] : 255;
+        const int east = c < kLast ? error[at(c + 1, r)] : 255;
+        code(at(c, r), std::min(west, east), left(radius, c, r));
+    });
+}
+
 } // namespace
 
-void encodePage(const PageHeights& heights, std::vector<uint8_t>& payload)
+void encodePage(const PageHeights& heights, const PageContent& content, std::vector<uint8_t>& payload)
 {
     assert(heights.post.size() == kPagePostCount);
+    assert(heights.errorCode.size() == kPagePostCount && heights.radiusCode.size() == kPagePostCount);
+    assert(heights.hole.size() == (content.hasHoles ? kPageCellCount : 0));
     Scratch& s = scratch();
     if (!s.compress)
         s.compress.reset(ZSTD_createCCtx());
-    size_t at = 0;
-    for (int row = 0; row < kSide; ++row)
-        for (int col = 0; col < kSide; ++col, ++at) {
-            const uint16_t code = zigzag(heights.post[at] - predict(heights.post.data(), col, row));
-            s.plain[at] = static_cast<uint8_t>(code & 0xff);
-            s.plain[kPagePostCount + at] = static_cast<uint8_t>(code >> 8);
-        }
-    size_t bytes = kPlainBytes;
-    if (!heights.hole.empty()) {
-        assert(heights.hole.size() == kPageCellCount);
-        std::fill_n(s.plain.begin() + kPlainBytes, kHoleBytes, uint8_t{0});
+    uint8_t* out = s.plain.data();
+    const size_t posts = heightCount(content);
+    codeHeights(content, heights.post.data(), [&](size_t post, int prediction) {
+        const uint16_t code = zigzag(heights.post[post] - prediction);
+        out[0] = static_cast<uint8_t>(code & 0xff);
+        out[posts] = static_cast<uint8_t>(code >> 8);
+        ++out;
+    });
+    out += posts;
+    const size_t codes = codeCount(content);
+    codeCodes(content, heights.errorCode.data(), heights.radiusCode.data(),
+              [&](size_t post, int error, int radius) {
+                  out[0] = static_cast<uint8_t>(error - heights.errorCode[post]);
+                  out[codes] = static_cast<uint8_t>(radius - heights.radiusCode[post]);
+                  ++out;
+              });
+    out += codes;
+    if (content.hasHoles) {
+        std::fill_n(out, kHoleBytes, uint8_t{0});
         for (size_t i = 0; i < kPageCellCount; ++i)
             if (heights.hole[i])
-                s.plain[kPlainBytes + i / 8] =
-                    static_cast<uint8_t>(s.plain[kPlainBytes + i / 8] | 1U << i % 8);
-        bytes += kHoleBytes;
+                out[i / 8] = static_cast<uint8_t>(out[i / 8] | 1U << i % 8);
     }
+    const size_t bytes = plainBytes(content);
     payload.resize(ZSTD_compressBound(bytes));
     const size_t used = ZSTD_compressCCtx(s.compress.get(), payload.data(), payload.size(), s.plain.data(),
                                           bytes, kZstdLevel);
@@ -95,26 +194,36 @@ void encodePage(const PageHeights& heights, std::vector<uint8_t>& payload)
     payload.resize(used);
 }
 
-bool decodePage(std::span<const uint8_t> payload, bool hasHoles, PageHeights& heights)
+bool decodePage(std::span<const uint8_t> payload, const PageContent& content, PageHeights& heights)
 {
+    assert(heights.post.size() == kPagePostCount);
+    assert(heights.errorCode.size() == kPagePostCount && heights.radiusCode.size() == kPagePostCount);
     Scratch& s = scratch();
     if (!s.decompress)
         s.decompress.reset(ZSTD_createDCtx());
-    const size_t expected = kPlainBytes + (hasHoles ? kHoleBytes : 0);
     const size_t bytes = ZSTD_decompressDCtx(s.decompress.get(), s.plain.data(), s.plain.size(),
                                              payload.data(), payload.size());
-    if (ZSTD_isError(bytes) || bytes != expected)
+    if (ZSTD_isError(bytes) || bytes != plainBytes(content))
         return false;
-    heights.post.resize(kPagePostCount);
-    size_t at = 0;
-    for (int row = 0; row < kSide; ++row)
-        for (int col = 0; col < kSide; ++col, ++at) {
-            const auto code = static_cast<uint16_t>(s.plain[at] | s.plain[kPagePostCount + at] << 8);
-            heights.post[at] = static_cast<int16_t>(predict(heights.post.data(), col, row) + unzigzag(code));
-        }
-    heights.hole.assign(hasHoles ? kPageCellCount : 0, false);
+    const uint8_t* in = s.plain.data();
+    const size_t posts = heightCount(content);
+    codeHeights(content, heights.post.data(), [&](size_t post, int prediction) {
+        heights.post[post] =
+            static_cast<int16_t>(prediction + unzigzag(static_cast<uint16_t>(in[0] | in[posts] << 8)));
+        ++in;
+    });
+    in += posts;
+    const size_t codes = codeCount(content);
+    codeCodes(content, heights.errorCode.data(), heights.radiusCode.data(),
+              [&](size_t post, int error, int radius) {
+                  heights.errorCode[post] = static_cast<uint8_t>(error - in[0]);
+                  heights.radiusCode[post] = static_cast<uint8_t>(radius - in[codes]);
+                  ++in;
+              });
+    in += codes;
+    heights.hole.assign(content.hasHoles ? kPageCellCount : 0, false);
     for (size_t i = 0; i < heights.hole.size(); ++i)
-        heights.hole[i] = (s.plain[kPlainBytes + i / 8] >> i % 8 & 1) != 0;
+        heights.hole[i] = (in[i / 8] >> i % 8 & 1) != 0;
     return true;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "ig/data/page_mesh.h"
 
-#include "ig/data/hierarchy.h"
+#include "ig/data/page_frame.h"
 #include "ig/data/tint.h"
 
 #include <glm/common.hpp>
@@ -18,55 +18,9 @@ namespace {
 
 constexpr int kSide = lod::kPagePosts;
 
-// What the posts of a row, or of a column, share. The formulas are those of toEcef, in the same order, so
-// that the same bits come out.
-struct RowTrig {
-    double sinLat, cosLat;
-    double normalM; // prime vertical radius of curvature
-    double centreM; // normalM * (1 - e^2)
-};
-struct ColumnTrig {
-    double sinLon, cosLon;
-};
-struct PageFrame {
-    std::array<RowTrig, kSide> row;
-    std::array<ColumnTrig, kSide> column;
-    std::array<uint32_t, kSide> gridRow, gridColumn;
-};
-
-RowTrig rowTrig(const lod::TerrainShape& shape, uint32_t gridRow)
+double heightM(const DatasetInfo& dataset, int16_t value)
 {
-    const double e2 = shape.ellipsoid.flattening * (2.0 - shape.ellipsoid.flattening);
-    const double lat = shape.northRad - gridRow * shape.latitudeStepRad;
-    RowTrig row{};
-    row.sinLat = std::sin(lat);
-    row.cosLat = std::cos(lat);
-    row.normalM = shape.ellipsoid.semiMajorM / std::sqrt(1.0 - e2 * row.sinLat * row.sinLat);
-    row.centreM = row.normalM * (1.0 - e2);
-    return row;
-}
-
-ColumnTrig columnTrig(const lod::TerrainShape& shape, uint32_t gridColumn)
-{
-    const double lon = shape.westRad + gridColumn * shape.longitudeStepRad;
-    return {std::sin(lon), std::cos(lon)};
-}
-
-glm::dvec3 place(const DatasetInfo& dataset, const RowTrig& row, const ColumnTrig& column, int16_t height)
-{
-    const double h = height * dataset.heightScaleM + dataset.heightOffsetM;
-    const double p = (row.normalM + h) * row.cosLat;
-    return {p * column.cosLon, p * column.sinLon, (row.centreM + h) * row.sinLat};
-}
-
-void fillFrame(const lod::TerrainShape& shape, const lod::PageNode& page, PageFrame& frame)
-{
-    for (size_t i = 0; i < kSide; ++i) {
-        frame.gridRow[i] = postRow(shape, page.depth, page.y, static_cast<int>(i));
-        frame.row[i] = rowTrig(shape, frame.gridRow[i]);
-        frame.gridColumn[i] = postColumn(shape, page.depth, page.x, static_cast<int>(i));
-        frame.column[i] = columnTrig(shape, frame.gridColumn[i]);
-    }
+    return value * dataset.heightScaleM + dataset.heightOffsetM;
 }
 
 void placeVertices(const DatasetInfo& dataset, const PageHeights& heights, const PageFrame& frame,
@@ -75,7 +29,7 @@ void placeVertices(const DatasetInfo& dataset, const PageHeights& heights, const
     size_t at = 0;
     for (size_t j = 0; j < kSide; ++j)
         for (size_t i = 0; i < kSide; ++i, ++at)
-            mesh.vertex[at].m = place(dataset, frame.row[j], frame.column[i], heights.post[at]);
+            mesh.vertex[at].m = placeOf(frame.row[j], frame.column[i], heightM(dataset, heights.post[at]));
 }
 
 // Column and row of the padded full grid.
@@ -198,8 +152,7 @@ void buildPageMesh(const DatasetInfo& dataset, const lod::PageNode& page, const 
     mesh.vertex.resize(size_t{kSide} * kSide);
     mesh.texel.resize(size_t{kPageTexels} * kPageTexels);
     mesh.morph.clear();
-    PageFrame frame;
-    fillFrame(dataset.shape, page, frame);
+    const PageFrame frame(dataset.shape, page);
     placeVertices(dataset, heights, frame, mesh);
     bakeTexels(dataset, heights, shading, frame, mesh);
 }
@@ -228,9 +181,9 @@ void addMorph(const DatasetInfo& dataset, const lod::PageNode& page, const PageH
             const auto end = [&](size_t k) {
                 if (pageCorner) {
                     const size_t corner = (j == 0 ? 0U : 2U) + (i == 0 ? 0U : 1U);
-                    return place(dataset, rowTrig(shape, static_cast<uint32_t>(split[k][1])),
-                                 columnTrig(shape, static_cast<uint32_t>(split[k][0])),
-                                 heights.cornerEnds[corner][k]);
+                    return placeOf(rowTrig(shape, static_cast<uint32_t>(split[k][1])),
+                                   columnTrig(shape, static_cast<uint32_t>(split[k][0])),
+                                   heightM(dataset, heights.cornerEnds[corner][k]));
                 }
                 const int64_t col = (split[k][0] - first[0]) / step;
                 const int64_t row = (split[k][1] - first[1]) / step;

@@ -142,7 +142,7 @@ Json measureStatic(Runner& runner, const Options& options, const gl::Context& co
     }
     std::vector<double> ours, theirs, wallRatios, cpuRatios;
     std::vector<std::byte> picture(runner.picture.size());
-    data::PageHeights heights;
+    data::PageReader reader(*runner.ground);
     data::PageMesh pageMesh;
     std::vector<int32_t> uploaded(gl::RendererSettings{}.pageSlots, -1);
     uint64_t differing = 0;
@@ -166,8 +166,8 @@ Json measureStatic(Runner& runner, const Options& options, const gl::Context& co
             if (uploaded[static_cast<size_t>(slot)] == static_cast<int32_t>(item.page)) {
                 continue;
             }
-            if (runner.ground->readPage(item.page, heights)) {
-                data::buildPageMesh(runner.ground->info(), runner.ground->pages()[item.page], heights,
+            if (const auto heights = reader.read(item.page)) {
+                data::buildPageMesh(runner.ground->info(), runner.ground->pages()[item.page], **heights,
                                     shading, pageMesh);
                 mesh->upload(static_cast<uint32_t>(slot), pageMesh);
                 uploaded[static_cast<size_t>(slot)] = static_cast<int32_t>(item.page);

@@ -10,7 +10,7 @@ namespace bench {
 
 using namespace ig;
 
-Ground::Ground(const data::Dataset& dataset) : _dataset(dataset) {}
+Ground::Ground(const data::Dataset& dataset) : _dataset(dataset), _reader(dataset) {}
 
 double Ground::postM(uint32_t col, uint32_t row)
 {
@@ -28,15 +28,13 @@ double Ground::postM(uint32_t col, uint32_t row)
         page = child;
     }
     const lod::PageNode& node = _dataset.pages()[static_cast<size_t>(page)];
-    if (_page != static_cast<uint32_t>(page)) {
-        if (!_dataset.readPage(static_cast<uint32_t>(page), _heights)) {
-            return 0;
-        }
-        _page = static_cast<uint32_t>(page);
+    const auto heights = _reader.read(static_cast<uint32_t>(page));
+    if (!heights) {
+        return 0;
     }
     const uint32_t x = col - node.x * lod::kPageIntervals;
     const uint32_t y = row - node.y * lod::kPageIntervals;
-    return _heights.post[y * lod::kPagePosts + x] * _dataset.info().heightScaleM +
+    return (*heights)->post[y * lod::kPagePosts + x] * _dataset.info().heightScaleM +
            _dataset.info().heightOffsetM;
 }
 

@@ -9,8 +9,8 @@
 
 namespace bench {
 
-// Terrain height at a place, bilinear between full-resolution posts; keeps the last page. Places beyond the
-// grid take its border; damaged pages count as 0 m.
+// Terrain height at a place, bilinear between full-resolution posts; keeps the last page and its ancestors.
+// Places beyond the grid take its border; damaged pages count as 0 m.
 class Ground {
 public:
     explicit Ground(const ig::data::Dataset& dataset);
@@ -20,8 +20,7 @@ private:
     double postM(uint32_t col, uint32_t row);
 
     const ig::data::Dataset& _dataset;
-    uint32_t _page = UINT32_MAX;
-    ig::data::PageHeights _heights;
+    ig::data::PageReader _reader;
 };
 
 struct FlightPlan {

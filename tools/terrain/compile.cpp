@@ -4,12 +4,14 @@
 #include "ig/data/ept_format.h"
 #include "ig/data/hierarchy.h"
 #include "ig/data/page_codec.h"
+#include "tools/terrain/code_planes.h"
 #include "tools/terrain/grid_trig.h"
-#include "tools/terrain/page_errors.h"
 #include "tools/terrain/parallel.h"
 #include "tools/terrain/partial_file.h"
+#include "tools/terrain/vertex_errors.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -44,7 +46,9 @@ public:
 private:
     void fillPage(const lod::PageNode& node, data::PageHeights& heights) const;
     void fillHoles(const lod::PageNode& node, data::PageHeights& heights) const;
-    Result<void> writePages(PartialFile& file);
+    void fillCodes(const lod::PageNode& node, const CodePlanes& planes, data::PageHeights& heights) const;
+    Result<void> measurePages(CodePlanes& planes);
+    Result<void> writePages(PartialFile& file, const CodePlanes& planes);
     void addMeasure(size_t page, const LeafMeasure& measure);
     void joinChildren();
     Result<void> writeIndex(PartialFile& file);
@@ -62,14 +66,24 @@ private:
     uint64_t _end = 0;               // of what has been written
 };
 
+// An angle as the file gives it back, which holds degrees: what is measured here must be the same bits there.
+double storedRad(double angleDeg)
+{
+    double angleRad = angleDeg * kRadPerDeg;
+    for (double again = angleRad * kDegPerRad * kRadPerDeg; again != angleRad;
+         again = angleRad * kDegPerRad * kRadPerDeg)
+        angleRad = again;
+    return angleRad;
+}
+
 lod::TerrainShape shapeOf(const GridPlace& place, uint32_t cols, uint32_t rows)
 {
     lod::TerrainShape shape;
     shape.ellipsoid = place.ellipsoid;
-    shape.northRad = place.northDeg * kRadPerDeg;
-    shape.westRad = place.westDeg * kRadPerDeg;
-    shape.latitudeStepRad = place.latitudeStepDeg * kRadPerDeg;
-    shape.longitudeStepRad = place.longitudeStepDeg * kRadPerDeg;
+    shape.northRad = storedRad(place.northDeg);
+    shape.westRad = storedRad(place.westDeg);
+    shape.latitudeStepRad = storedRad(place.latitudeStepDeg);
+    shape.longitudeStepRad = storedRad(place.longitudeStepDeg);
     shape.cols = cols;
     shape.rows = rows;
     shape.deepestPage = data::deepestPageOf(cols, rows);
@@ -157,28 +171,89 @@ void Compiler::addMeasure(size_t page, const LeafMeasure& measure)
     }
 }
 
-Result<void> Compiler::writePages(PartialFile& file)
+// The codes that the payload holds; those of the finest vertices are left out.
+void Compiler::fillCodes(const lod::PageNode& node, const CodePlanes& planes,
+                         data::PageHeights& heights) const
+{
+    const int pageLevel = _header.info.shape.deepestPage - node.depth;
+    heights.errorCode.assign(data::kPagePostCount, 0);
+    heights.radiusCode.assign(data::kPagePostCount, 0);
+    size_t post = 0;
+    for (int64_t j = 0; j < lod::kPagePosts; ++j)
+        for (int64_t i = 0; i < lod::kPagePosts; ++i, ++post) {
+            const int64_t column = int64_t{node.x} * lod::kPageIntervals + i;
+            const int64_t row = int64_t{node.y} * lod::kPageIntervals + j;
+            // Corners of the grid have no spacing and the finest vertices no plane.
+            const int finer = std::min(std::countr_zero(static_cast<uint64_t>(column | row)),
+                                       std::countr_zero(uint64_t{lod::kPageIntervals}) + node.depth);
+            const int level = pageLevel + finer;
+            if (level == 0 || level > _header.info.shape.deepestPage + 5)
+                continue;
+            heights.errorCode[post] = planes.errorCode(level, column >> finer, row >> finer);
+            heights.radiusCode[post] = planes.radiusCode(level, column >> finer, row >> finer);
+        }
+}
+
+Result<void> Compiler::measurePages(CodePlanes& planes)
+{
+    const lod::TerrainShape& shape = _header.info.shape;
+    std::vector<PageMeasurer> measurers(workerCount(), PageMeasurer(shape, _grid, _trig, planes));
+    std::vector<LeafMeasure> measures(std::min(kBatchPages, _pages.size()));
+    size_t first = 0;
+    while (_pages[first].depth < shape.deepestPage)
+        ++first;
+    const size_t leaves = _pages.size() - first;
+    for (size_t done = 0, count = 0; done < leaves; done += count) {
+        if (_monitor.isCancelled())
+            return interrupted();
+        count = std::min(kBatchPages, leaves - done);
+        parallelFor(count, [&](size_t i, unsigned worker) {
+            const lod::PageNode& node = _pages[first + done + i];
+            measures[i] = measurers[worker].measure(node.x, node.y);
+        });
+        for (size_t i = 0; i < count; ++i)
+            addMeasure(first + done + i, measures[i]);
+        _grid.release();
+        planes.release();
+        _monitor.report("measuring", static_cast<double>(done + count) / static_cast<double>(leaves));
+    }
+    // Children of vertices near the grid's end lie behind it.
+    const auto pagesOver = [&](uint64_t posts) {
+        return static_cast<uint32_t>(std::min((posts + lod::kPageIntervals - 1) / lod::kPageIntervals,
+                                              uint64_t{1} << shape.deepestPage));
+    };
+    const uint32_t across = pagesOver(uint64_t{shape.cols} - 1);
+    const uint32_t down = pagesOver(uint64_t{shape.rows} - 1);
+    const uint32_t paddedAcross = pagesOver(uint64_t{shape.cols} - 1 + CodePlanes::kFinestMargin);
+    const uint32_t paddedDown = pagesOver(uint64_t{shape.rows} - 1 + CodePlanes::kFinestMargin);
+    for (uint32_t y = 0; y < paddedDown; ++y)
+        for (uint32_t x = y < down ? across : 0; x < paddedAcross; ++x)
+            measurers[0].measurePadding(x, y);
+    return planes.nest(_grid, _trig, _monitor);
+}
+
+Result<void> Compiler::writePages(PartialFile& file, const CodePlanes& planes)
 {
     struct Slot {
         data::PageHeights heights;
         std::vector<uint8_t> payload;
-        LeafMeasure measure;
     };
+    const int deepest = _header.info.shape.deepestPage;
     std::vector<Slot> slots(std::min(kBatchPages, _pages.size()));
-    std::vector<PageMeasurer> measurers(workerCount(), PageMeasurer(_header.info.shape, _grid, _trig));
     std::vector<uint8_t> bytes;
     for (size_t first = 0, count = 0; first < _pages.size(); first += count) {
         if (_monitor.isCancelled())
             return interrupted();
-        const bool isFine = _pages[first].depth > _header.info.shape.deepestPage - kFineDepths;
+        const bool isFine = _pages[first].depth > deepest - kFineDepths;
         count = std::min(isFine ? kBatchPages : kCoarseBatchPages, _pages.size() - first);
-        parallelFor(count, [&](size_t i, unsigned worker) {
+        parallelFor(count, [&](size_t i, unsigned) {
             const lod::PageNode& node = _pages[first + i];
             Slot& slot = slots[i];
             fillPage(node, slot.heights);
-            data::encodePage(slot.heights, slot.payload);
-            if (node.depth == _header.info.shape.deepestPage)
-                slot.measure = measurers[worker].measure(node.x, node.y);
+            fillCodes(node, planes, slot.heights);
+            data::encodePage(slot.heights,
+                             {node.depth == 0, node.depth == deepest, !slot.heights.hole.empty()},
+                             slot.payload);
         });
         bytes.clear();
         for (size_t i = 0; i < count; ++i) {
@@ -189,13 +264,12 @@ Result<void> Compiler::writePages(PartialFile& file)
             place.checksum = data::checksum(slot.payload);
             place.hasHoles = !slot.heights.hole.empty();
             bytes.insert(bytes.end(), slot.payload.begin(), slot.payload.end());
-            if (_pages[first + i].depth == _header.info.shape.deepestPage)
-                addMeasure(first + i, slot.measure);
         }
         if (Result<void> written = file.write(_end, bytes); !written)
             return written;
         _end += bytes.size();
         _grid.release();
+        planes.release();
         _monitor.report("compiling", static_cast<double>(first + count) / static_cast<double>(_pages.size()));
     }
     return {};
@@ -244,18 +318,18 @@ Result<void> Compiler::verify(const std::string& path) const
     const Result<data::Dataset> dataset = data::Dataset::open(path);
     if (!dataset)
         return Unexpected{dataset.error()};
-    std::vector<data::PageHeights> heights(workerCount());
+    std::vector<data::PageReader> readers(workerCount(), data::PageReader(*dataset));
     std::mutex mutex;
     Result<void> outcome;
     for (size_t first = 0; first < _pages.size() && outcome; first += kBatchPages) {
         if (_monitor.isCancelled())
             return interrupted();
         parallelFor(std::min(kBatchPages, _pages.size() - first), [&](size_t i, unsigned worker) {
-            Result<void> read = dataset->readPage(static_cast<uint32_t>(first + i), heights[worker]);
+            const auto read = readers[worker].read(static_cast<uint32_t>(first + i));
             if (read)
                 return;
             const std::lock_guard lock(mutex);
-            outcome = std::move(read);
+            outcome = Unexpected{read.error()};
         });
         _monitor.report("verifying", static_cast<double>(first) / static_cast<double>(_pages.size()));
     }
@@ -269,9 +343,14 @@ Result<void> Compiler::run(const std::string& path)
         return Unexpected{file.error()};
     _end = data::encodeHeader(_header).size();
     _header.headerBytes = _end;
-    if (Result<void> done = writePages(*file); !done)
+    Result<CodePlanes> planes = CodePlanes::create(_header.info.shape, folderOf(path));
+    if (!planes)
+        return Unexpected{planes.error()};
+    if (Result<void> done = measurePages(*planes); !done)
         return done;
     joinChildren();
+    if (Result<void> done = writePages(*file, *planes); !done)
+        return done;
     if (Result<void> done = writeIndex(*file); !done)
         return done;
     if (Result<void> done = verify(file->partialPath()); !done)

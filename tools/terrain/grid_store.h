@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The full-resolution grid that a dataset is compiled from, in a nameless temporary file: its memory is the
-// page cache's, given back with release(), so a grid may be larger than memory.
+// The full-resolution grid that a dataset is compiled from. It may be larger than memory.
 #pragma once
 
 #include "ig/base/result.h"
+#include "tools/terrain/temp_mapping.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -18,9 +18,6 @@ class GridStore {
 public:
     // folder: where the temporary file goes; its space is reserved at once. Errors (failed): no space.
     static Result<GridStore> create(uint32_t cols, uint32_t rows, const std::string& folder);
-    GridStore(GridStore&& other) noexcept;
-    GridStore& operator=(GridStore&&) = delete;
-    ~GridStore();
 
     uint32_t cols() const noexcept { return _cols; }
     uint32_t rows() const noexcept { return _rows; }
@@ -29,11 +26,12 @@ public:
     int16_t at(uint32_t c, uint32_t r) const noexcept { return _posts[size_t{r} * _cols + c]; }
 
     // Takes the grid out of this process' resident memory; what is used again comes back by itself.
-    void release() const noexcept;
+    void release() const noexcept { _mapping.release(); }
 
 private:
-    GridStore(uint32_t cols, uint32_t rows, int16_t* posts) noexcept;
+    GridStore(uint32_t cols, uint32_t rows, TempMapping mapping) noexcept;
     uint32_t _cols, _rows;
+    TempMapping _mapping;
     int16_t* _posts;
 };
 

@@ -2,6 +2,7 @@
 // ECEF positions of grid posts, with the trigonometry done once per row and column.
 #pragma once
 
+#include "ig/data/page_frame.h"
 #include "ig/lod/terrain_shape.h"
 #include "tools/terrain/grid_store.h"
 
@@ -19,21 +20,13 @@ public:
     glm::dvec3 position(uint32_t c, uint32_t r, int16_t post) const noexcept
     {
         const double h = post * _heightScaleM + _heightOffsetM;
-        const Row& row = _row[r];
-        const double p = (row.normalM + h) * row.cosLat;
-        return {p * _column[c].cosLon, p * _column[c].sinLon, (row.centreM + h) * row.sinLat};
+        return data::placeOf(_row[r], _column[c], h);
     }
 
 private:
-    struct Row {
-        double sinLat, cosLat, normalM, centreM;
-    };
-    struct Column {
-        double sinLon, cosLon;
-    };
     double _heightScaleM, _heightOffsetM;
-    std::vector<Row> _row;
-    std::vector<Column> _column;
+    std::vector<data::RowTrig> _row;
+    std::vector<data::ColumnTrig> _column;
 };
 
 } // namespace ig::terrain

@@ -98,10 +98,10 @@ std::vector<BadPage> badPages(const data::Dataset& dataset)
 {
     const auto count = static_cast<uint32_t>(dataset.pages().size());
     std::vector<std::vector<BadPage>> found(workerCount());
-    std::vector<data::PageHeights> heights(workerCount());
+    std::vector<data::PageReader> readers(workerCount(), data::PageReader(dataset));
     parallelFor(count, [&](size_t page, unsigned worker) {
         const auto number = static_cast<uint32_t>(page);
-        if (const Result<void> read = dataset.readPage(number, heights[worker]); !read)
+        if (const auto read = readers[worker].read(number); !read)
             found[worker].push_back({number, read.error().message});
     });
     std::vector<BadPage> all;
