@@ -124,6 +124,12 @@ const std::vector<Key>& allKeys()
             "terrain.triangle_budget", 512, 1'000'000, "triangles per frame",
             [](auto& s) -> auto& { return s.terrain.triangleBudget; }));
         k.push_back(number(
+            "terrain.frame_time_ms", 0, 10'000, "milliseconds, 0 for a fixed budget",
+            [](auto& s) -> auto& { return s.terrain.frameTimeMs; }));
+        k.push_back(integer(
+            "terrain.smallest_triangle_budget", 512, 1'000'000, "triangles per frame",
+            [](auto& s) -> auto& { return s.terrain.smallestTriangleBudget; }));
+        k.push_back(number(
             "terrain.tolerance_px", 0, 1000, "pixels",
             [](auto& s) -> auto& { return s.terrain.tolerancePx; }));
         k.push_back(integer(
@@ -272,6 +278,20 @@ Result<void> check(const Settings& settings)
         return fail(
             ErrorKind::usage,
             "no terrain: give --terrain FILE.ept or terrain.file; make one with eyepoint-terrain build");
+    }
+    if (settings.terrain.frameTimeMs > 0) {
+        if (settings.terrain.smallestTriangleBudget > settings.terrain.triangleBudget) {
+            return fail(ErrorKind::usage, "terrain.smallest_triangle_budget is " +
+                                              std::to_string(settings.terrain.smallestTriangleBudget) +
+                                              ", above terrain.triangle_budget, " +
+                                              std::to_string(settings.terrain.triangleBudget) + ": lower it");
+        }
+        if (settings.terrain.frameTimeMs > 1000.0 / settings.view.rateHz) {
+            return fail(ErrorKind::usage, "terrain.frame_time_ms is " +
+                                              shortNumber(settings.terrain.frameTimeMs) +
+                                              ", longer than a frame at view.rate_hz, " +
+                                              shortNumber(settings.view.rateHz) + ": lower one of them");
+        }
     }
     return {};
 }

@@ -17,6 +17,8 @@ struct Settings {
     struct {
         std::string file;
         int64_t triangleBudget = 24'000;
+        double frameTimeMs = 0;
+        int64_t smallestTriangleBudget = 4'000;
         double tolerancePx = 1.0;
         int64_t pageSlots = 512;
         int64_t pageLoadsPerFrame = 4;

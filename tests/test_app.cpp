@@ -2,6 +2,7 @@
 #include "counted_new.h"
 #include "hostif/cigi33.h"
 #include "ig/app/frame_schedule.h"
+#include "ig/app/frame_time_control.h"
 #include "ig/app/host_link.h"
 #include "ig/app/run_statistics.h"
 #include "ig/app/steady_clock.h"
@@ -208,7 +209,6 @@ TEST_CASE("a frame loads a bounded number of pages, and the view completes over 
         stats = {};
         engine.draw(behind, stats);
         CHECK(stats.lod.triangles <= 12'000);
-        engine.load(stats);
         CHECK(stats.pageIns <= 3);
         CHECK((stats.pageIns > 0) == (stats.bytesUploaded > 0));
         REQUIRE(++frames < 100);
@@ -230,7 +230,6 @@ TEST_CASE("too few slots draw a coarser picture, and no page in use is replaced"
     for (int i = 0; i < 20; ++i) {
         app::FrameStats stats;
         engine.draw(lookNorth(engine.info(), 900, 0.3 * i), stats);
-        engine.load(stats);
     }
     CHECK(engine.residentPages() == 9);
     CHECK(renderer.counts().tiles > 0);
@@ -255,7 +254,6 @@ TEST_CASE("a damaged page is reported once and drawn by its ancestor; a damaged 
         app::FrameStats stats;
         engine.draw(lookNorth(engine.info(), 900, 0.2 * i), stats);
         CHECK(stats.lod.triangles >= lod::kSmallestBudget / 2);
-        engine.load(stats);
     }
     CHECK(engine.damagedPages() > 0);
     CHECK(log.lines.size() == engine.damagedPages());
@@ -265,6 +263,103 @@ TEST_CASE("a damaged page is reported once and drawn by its ancestor; a damaged 
     whole << std::string(static_cast<size_t>(bytes - 512), '\x5a');
     whole.close();
     CHECK_FALSE(data::Dataset::open(path));
+}
+
+TEST_CASE("a budget that moves from frame to frame is never exceeded, and stated")
+{
+    const test::TempDir dir;
+    CollectedLog log;
+    gl::NullRenderer renderer = nullRenderer(smallSettings());
+    app::TerrainEngine engine(openDataset(makeDataset(dir)), smallSettings(), renderer, log);
+    const ViewState view = lookNorth(engine.info(), 900);
+    REQUIRE(engine.preload(view));
+    std::mt19937 random(4);
+    for (int i = 0; i < 200; ++i) {
+        const auto budget = static_cast<uint32_t>(random() % 20'000);
+        engine.setTriangleBudget(budget);
+        app::FrameStats stats;
+        engine.draw(view, stats);
+        CHECK(stats.triangleBudget == std::clamp(budget, lod::kSmallestBudget, 12'000U));
+        CHECK(stats.lod.triangles <= stats.triangleBudget);
+        CHECK(stats.lod.triangles > 0);
+    }
+}
+
+TEST_CASE("a view that needs no more pages than a frame may load is complete at once")
+{
+    const test::TempDir dir;
+    CollectedLog log;
+    app::TerrainSettings settings = smallSettings();
+    settings.pageLoadsPerFrame = 100;
+    gl::NullRenderer renderer = nullRenderer(settings);
+    app::TerrainEngine engine(openDataset(makeDataset(dir)), settings, renderer, log);
+    REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
+    app::FrameStats stats;
+    engine.draw(lookNorth(engine.info(), 900, kPi), stats);
+    CHECK(stats.pageIns > 3);
+    CHECK(stats.lod.tilesMissing == 0);
+}
+
+TEST_CASE("terrain's share of a picture is found from a sparse sample")
+{
+    constexpr int kWidth = 640;
+    constexpr int kHeight = 360;
+    std::vector<std::byte> picture(static_cast<size_t>(kWidth) * kHeight * 4);
+    CHECK(app::terrainShare(picture, kWidth, kHeight) == 0);
+    for (const double slope : {0.0, 0.4, -1.3, 50.0}) {
+        for (const double offset : {-0.3, 0.0, 0.2, 0.6}) {
+            size_t terrain = 0;
+            for (int y = 0; y < kHeight; ++y) {
+                for (int x = 0; x < kWidth; ++x) {
+                    const bool below = y - kHeight / 2.0 > slope * (x - kWidth / 2.0) + offset * kHeight;
+                    picture[(static_cast<size_t>(y) * kWidth + static_cast<size_t>(x)) * 4 + 3] =
+                        below ? std::byte{255} : std::byte{0};
+                    terrain += below ? 1 : 0;
+                }
+            }
+            const double share = static_cast<double>(terrain) / (kWidth * kHeight);
+            CHECK(app::terrainShare(picture, kWidth, kHeight) == Approx(share).margin(0.01));
+        }
+    }
+    CHECK(app::terrainShare({}, kWidth, kHeight) == 0);
+    CHECK(app::terrainShare(std::vector<std::byte>(4, std::byte{255}), 1, 1) == 1);
+}
+
+TEST_CASE("the frame time is held in a view that fills with terrain")
+{
+    // 3 ms, 6 ms for a picture full of terrain, 0.4 ms for 1000 triangles.
+    app::FrameTimeControl control({8.0, 512, 40'000}, kWgs84);
+    const test::TempDir dir;
+    CollectedLog log;
+    const data::Dataset dataset = openDataset(makeDataset(dir));
+    std::vector<std::byte> picture(static_cast<size_t>(1280) * 720 * 4);
+    std::vector<double> costs;
+    for (int i = 0; i < 1200; ++i) {
+        ViewState view = lookNorth(dataset.info(), 900);
+        const Geodetic eye = toGeodetic(view.eye);
+        const double pitchRad = 0.3 * std::sin(0.01 * i);
+        view.eyeFromEcef = eyeFromEcefOfView(ecefFromNed(eye.latitudeRad, eye.longitudeRad) *
+                                             parentFromChild({0, pitchRad, 0}));
+        const uint32_t budget = control.budgetFor(view);
+        // Hills: a little more terrain than lies below the horizon.
+        const double share = std::min(1.0, shareBelowHorizon(view, kWgs84) + 0.05);
+        const auto skyRows = static_cast<size_t>((1 - share) * 720);
+        std::fill(picture.begin(), picture.begin() + static_cast<std::ptrdiff_t>(skyRows * 1280 * 4),
+                  std::byte{0});
+        std::fill(picture.begin() + static_cast<std::ptrdiff_t>(skyRows * 1280 * 4), picture.end(),
+                  std::byte{255});
+        app::FrameStats stats;
+        stats.lod.triangles = budget;
+        const double costMs = 3 + 6 * share + 0.4 * budget * 1e-3;
+        stats.frameNs = static_cast<int64_t>(costMs * 1e6);
+        control.look(view, picture);
+        control.observe(stats);
+        if (i >= 300) {
+            costs.push_back(costMs);
+        }
+    }
+    CHECK(*std::max_element(costs.begin(), costs.end()) < 8.0 * 1.10);
+    CHECK(*std::min_element(costs.begin(), costs.end()) > 8.0 * 0.88);
 }
 
 TEST_CASE("drawing allocates nothing once warm")
@@ -277,7 +372,6 @@ TEST_CASE("drawing allocates nothing once warm")
         for (int i = from; i < to; ++i) {
             app::FrameStats stats;
             engine.draw(lookNorth(engine.info(), 600 + i, 0.02 * i), stats);
-            engine.load(stats);
         }
     };
     REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
@@ -419,7 +513,8 @@ TEST_CASE("the statistics have every documented key, and count what was added")
         frame.lod.errorPx = static_cast<float>(i);
         frame.pageIns = 2;
         // Up, up, down, up ...: every change but the first two turns round.
-        statistics.add(frame, static_cast<uint32_t>(i == 1 ? 1000 : i == 2 ? 1100 : 1200 + (i % 2) * 100));
+        frame.triangleBudget = static_cast<uint32_t>(i == 1 ? 1000 : i == 2 ? 1100 : 1200 + (i % 2) * 100);
+        statistics.add(frame);
     }
     app::RunSummary run;
     run.durationS = 60;
@@ -441,6 +536,11 @@ TEST_CASE("the statistics have every documented key, and count what was added")
     CHECK(json["frame_ms"]["max"].get<double>() == Approx(100));
     CHECK(json["transport_delay_ms"]["mean"].get<double>() == Approx(5));
     CHECK(json["reversals_per_minute"].get<double>() == Approx(97));
+    CHECK(json["turns_per_minute"].get<double>() == Approx(97));
+    // Each frame against the budget that was in force: the first alone (1001 of 1000) is over.
+    CHECK(json["triangles"]["frames_over_budget"] == 1);
+    CHECK(json["triangles"]["budget_min"] == 1000);
+    CHECK(json["triangles"]["budget_mean"].get<double>() == Approx(1246));
     CHECK(json["packets"].contains("bad_size"));
     CHECK(json["resident_bytes"].get<uint64_t>() > 1'000'000);
 }

@@ -141,3 +141,22 @@ TEST_CASE("settings without a terrain are refused with what to do")
     settings.terrain.file = "x.ept";
     CHECK(config::check(settings));
 }
+
+TEST_CASE("a frame time needs a range of budgets and must fit the rate")
+{
+    config::Settings settings;
+    settings.terrain.file = "x.ept";
+    settings.terrain.triangleBudget = 2'000; // below the smallest budget: of no concern while it is fixed
+    CHECK(config::check(settings));
+    settings.terrain.frameTimeMs = 10;
+    const auto budgets = config::check(settings);
+    REQUIRE_FALSE(budgets);
+    CHECK_THAT(budgets.error().message, Catch::Contains("terrain.smallest_triangle_budget"));
+    settings.terrain.smallestTriangleBudget = 2'000;
+    CHECK(config::check(settings));
+    settings.view.rateHz = 120;
+    const auto rate = config::check(settings);
+    REQUIRE_FALSE(rate);
+    CHECK_THAT(rate.error().message, Catch::Contains("terrain.frame_time_ms"));
+    CHECK_THAT(rate.error().message, Catch::Contains("view.rate_hz"));
+}

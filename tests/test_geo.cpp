@@ -205,3 +205,41 @@ TEST_CASE("the frustum planes hold exactly what projects into the picture")
     }
     CHECK(inside > 10);
 }
+
+TEST_CASE("the share below the horizon is that of the lines of sight that meet the ellipsoid")
+{
+    // A spherical Moon, so that the exact horizon is easy to say.
+    const Ellipsoid moon{1'737'400, 0};
+    double last = 0;
+    for (const double heightM : {2.0, 3000.0, 400'000.0, 5e6}) {
+        for (double pitchRad = -1.5; pitchRad <= 1.5; pitchRad += 0.1) {
+            ViewState view;
+            view.eye = toEcef(degrees(40, 15, heightM), moon);
+            view.eyeFromEcef = eyeFromEcefOfView(ecefFromNed(40 * kRadPerDeg, 15 * kRadPerDeg) *
+                                                 parentFromChild({0.7, pitchRad, 0.5}));
+            view.frustum = {-0.73, 0.73, -0.41, 0.41, 0.5};
+            constexpr int kSide = 300;
+            int below = 0;
+            const glm::dmat3 ecefFromEye = glm::transpose(view.eyeFromEcef);
+            for (int y = 0; y < kSide; ++y) {
+                for (int x = 0; x < kSide; ++x) {
+                    const glm::dvec3 ray =
+                        ecefFromEye * glm::normalize(glm::dvec3(-0.73 + 1.46 * (x + 0.5) / kSide,
+                                                                -0.41 + 0.82 * (y + 0.5) / kSide, -1.0));
+                    const double towards = -glm::dot(ray, view.eye.m);
+                    const double missM2 = glm::dot(view.eye.m, view.eye.m) - towards * towards;
+                    below += towards > 0 && missM2 < moon.semiMajorM * moon.semiMajorM ? 1 : 0;
+                }
+            }
+            const double share = shareBelowHorizon(view, moon);
+            INFO("height " << heightM << ", pitch " << pitchRad);
+            CHECK(share == Approx(double(below) / (kSide * kSide)).margin(0.01));
+            CHECK((pitchRad < -1.45 || share <= last + 1e-9 || heightM > 1e5)); // looking up shows less
+            last = share;
+        }
+    }
+    ViewState nowhere;
+    CHECK(shareBelowHorizon(nowhere, kWgs84) == 0);
+    nowhere.eye.m = glm::dvec3(std::numeric_limits<double>::quiet_NaN());
+    CHECK_FALSE(shareBelowHorizon(nowhere, kWgs84) > 1);
+}

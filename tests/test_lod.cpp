@@ -262,6 +262,30 @@ TEST_CASE("a larger budget draws a smaller error, until the tolerance is met")
     CHECK(last <= 4.0F);
 }
 
+TEST_CASE("a budget set for one selection gives what a selector made for that budget gives")
+{
+    const test::Terrain terrain = test::makeTerrain(3000, 2100, 0.3F, 5);
+    const ViewState view = test::look(test::at(terrain.shape, 1500, 1000, 1500), {1.0, -0.2, 0});
+    GeomipSelector moving(terrain.shape, terrain.pages, {32'768, 1.0F});
+    CHECK(moving.triangleBudget() == 32'768);
+    for (const uint32_t budget : {30'000U, 512U, 9'999U, 32'768U, 2'048U}) {
+        moving.setTriangleBudget(budget);
+        GeomipSelector made(terrain.shape, terrain.pages, {budget, 1.0F});
+        DrawList a;
+        DrawList b;
+        moving.select(view, terrain.slotOfPage, a);
+        made.select(view, terrain.slotOfPage, b);
+        CHECK(a.stats.triangles <= budget);
+        CHECK(a.stats.triangles == b.stats.triangles);
+        CHECK(a.stats.tauPx == b.stats.tauPx);
+        CHECK(a.items.size() == b.items.size());
+    }
+    moving.setTriangleBudget(0);
+    CHECK(moving.triangleBudget() == kSmallestBudget);
+    moving.setTriangleBudget(UINT32_MAX);
+    CHECK(moving.triangleBudget() == 32'768);
+}
+
 TEST_CASE("the budget is used: less than the price of one split stays unspent while the error is large")
 {
     const test::Terrain terrain = test::makeTerrain(3000, 2100, 0.5F, 5);

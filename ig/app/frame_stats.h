@@ -10,8 +10,8 @@ namespace ig::app {
 
 struct FrameStats {
     uint64_t number = 0;
-    // Wall time of the stages, ns. frameNs runs from the frame's start until it is handed to the sinks and
-    // its pages are loaded; waiting for the next slot does not count.
+    // Wall time of the stages, ns. frameNs runs from the frame's start until it is handed to the sinks;
+    // waiting for the next slot does not count.
     int64_t frameNs = 0;
     int64_t hostNs = 0; // receive, apply, answer
     int64_t selectNs = 0;
@@ -22,6 +22,7 @@ struct FrameStats {
     // From the kernel's receipt of the newest host message used to the frame in the sinks; -1 when no
     // message came in since the frame before.
     int64_t transportDelayNs = -1;
+    uint32_t triangleBudget = 0; // that was in force
     lod::LodStats lod;
     uint32_t pageIns = 0;
     uint64_t bytesUploaded = 0;

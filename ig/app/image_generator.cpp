@@ -114,6 +114,12 @@ ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, H
       _view(idleView(_terrain.info(), settings)), _sinks(std::move(sinks)),
       _picture(static_cast<size_t>(settings.view.width * settings.view.height) * 4)
 {
+    if (settings.terrain.frameTimeMs > 0) {
+        const lod::BudgetControllerSettings control{
+            settings.terrain.frameTimeMs, static_cast<uint32_t>(settings.terrain.smallestTriangleBudget),
+            static_cast<uint32_t>(settings.terrain.triangleBudget)};
+        _timeControl.emplace(control, _terrain.info().shape.ellipsoid);
+    }
 }
 
 ViewState ImageGenerator::currentView()
@@ -134,6 +140,9 @@ FrameStats ImageGenerator::frame(int64_t startNs)
     _view = currentView();
     stats.hostNs = steadyNs() - startNs;
 
+    if (_timeControl) {
+        _terrain.setTriangleBudget(_timeControl->budgetFor(_view));
+    }
     _terrain.draw(_view, stats);
     const int64_t drawn = steadyNs();
     _renderer->read(_picture);
@@ -145,9 +154,14 @@ FrameStats ImageGenerator::frame(int64_t startNs)
     if (const auto arrivalS = _host.newestArrivalS()) {
         stats.transportDelayNs = handedOut - static_cast<int64_t>(*arrivalS / kSecondsPerNs);
     }
-    _terrain.load(stats);
+    if (_timeControl) {
+        _timeControl->look(_view, _picture);
+    }
     stats.frameNs = steadyNs() - startNs;
-    _statistics.add(stats, static_cast<uint32_t>(_settings.terrain.triangleBudget));
+    if (_timeControl) {
+        _timeControl->observe(stats);
+    }
+    _statistics.add(stats);
     return stats;
 }
 

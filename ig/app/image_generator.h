@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // ig/app: the image generator as a whole: host, world, terrain, picture, sinks, wired into one frame.
 //
-// One frame: receive and apply what the host said -> Start Of Frame out -> view at this instant -> select
-// and draw -> read back -> sinks -> load the pages that were missing, for the next frame.
+// One frame: receive and apply what the host said -> Start Of Frame out -> view at this instant -> triangle
+// budget that fits the frame time -> select, load what is missing, draw -> read back -> sinks.
 #pragma once
 
 #include "config/settings.h"
 #include "ig/app/frame_stats.h"
+#include "ig/app/frame_time_control.h"
 #include "ig/app/host_link.h"
 #include "ig/app/run_statistics.h"
 #include "ig/app/terrain_engine.h"
@@ -19,6 +20,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,6 +61,7 @@ private:
     gl::Context _context;
     std::unique_ptr<gl::Renderer> _renderer;
     TerrainEngine _terrain;
+    std::optional<FrameTimeControl> _timeControl; // absent: fixed budget
     scene::World _world;
     ViewState _view; // the last one drawn; at first above the middle of the terrain
     std::vector<NamedSink> _sinks;

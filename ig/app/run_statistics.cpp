@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -68,7 +69,7 @@ uint64_t peakResidentBytes()
 
 } // namespace
 
-void RunStatistics::add(const FrameStats& frame, uint32_t triangleBudget) noexcept
+void RunStatistics::add(const FrameStats& frame) noexcept
 {
     _frameTime.add(frame.frameNs);
     _host.add(frame.hostNs);
@@ -89,13 +90,10 @@ void RunStatistics::add(const FrameStats& frame, uint32_t triangleBudget) noexce
     _framesWithMissingTiles += frame.lod.tilesMissing > 0 ? 1 : 0;
     _pageIns += frame.pageIns;
     _bytesUploaded += frame.bytesUploaded;
-    _overBudget += frame.lod.triangles > triangleBudget ? 1 : 0;
-    const int direction = (triangleBudget > _lastBudget) - (triangleBudget < _lastBudget);
-    if (_lastBudget > 0 && direction != 0) {
-        _reversals += direction == -_budgetDirection ? 1 : 0;
-        _budgetDirection = direction;
-    }
-    _lastBudget = triangleBudget;
+    _overBudget += frame.lod.triangles > frame.triangleBudget ? 1 : 0;
+    _budget.add(frame.triangleBudget);
+    _smallestBudget = std::min(_smallestBudget, frame.triangleBudget);
+    _reversals.add(frame.triangleBudget);
 }
 
 std::string RunStatistics::json(const RunSummary& run) const
@@ -105,6 +103,8 @@ std::string RunStatistics::json(const RunSummary& run) const
     const auto extent = [&](const Extent& e) { return Json{{"mean", e.sum / count}, {"max", e.max}}; };
     Json triangles = extent(_triangles);
     triangles["budget"] = run.triangleBudget;
+    triangles["budget_mean"] = _budget.sum / count;
+    triangles["budget_min"] = frames() > 0 ? _smallestBudget : 0;
     triangles["frames_over_budget"] = _overBudget;
     Json sinks = Json::array();
     for (const RunSummary::Sink& sink : run.sinks) {
@@ -112,6 +112,7 @@ std::string RunStatistics::json(const RunSummary& run) const
             {{"name", sink.name}, {"written", sink.stats.written}, {"dropped", sink.stats.dropped}});
     }
     const double minutes = run.durationS / 60.0;
+    const auto perMinute = [&](uint64_t n) { return minutes > 0 ? static_cast<double>(n) / minutes : 0.0; };
     const Json json{{"frames", frames()},
                     {"missed", run.missedFrames},
                     {"rate_hz", run.rateHz},
@@ -136,7 +137,8 @@ std::string RunStatistics::json(const RunSummary& run) const
                     {"resident_pages", run.residentPages},
                     {"resident_bytes", peakResidentBytes()},
                     {"gpu_bytes", run.gpuBytes},
-                    {"reversals_per_minute", minutes > 0 ? static_cast<double>(_reversals) / minutes : 0.0},
+                    {"reversals_per_minute", perMinute(_reversals.reversals())},
+                    {"turns_per_minute", perMinute(_reversals.turns())},
                     {"packets", packets(run)},
                     {"terrain", terrain(run)},
                     {"graphics",

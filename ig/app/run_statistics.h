@@ -8,6 +8,7 @@
 #include "ig/base/result.h"
 #include "ig/data/dataset.h"
 #include "ig/gl/context.h"
+#include "ig/lod/budget_reversals.h"
 #include "ig/out/frame_sink.h"
 
 #include <string>
@@ -31,7 +32,7 @@ struct RunSummary {
     double rateHz = 0;
     double durationS = 0;
     uint64_t missedFrames = 0;
-    uint32_t triangleBudget = 0;
+    uint32_t triangleBudget = 0; // the largest
     uint32_t residentPages = 0;
     uint32_t damagedPages = 0;
     uint64_t gpuBytes = 0;
@@ -50,7 +51,7 @@ struct RunSummary {
 class RunStatistics {
 public:
     // No allocation, no I/O: for the frame loop.
-    void add(const FrameStats& frame, uint32_t triangleBudget) noexcept;
+    void add(const FrameStats& frame) noexcept;
 
     uint64_t frames() const noexcept { return _frameTime.count(); }
     const Histogram& frameTime() const noexcept { return _frameTime; }
@@ -63,10 +64,9 @@ private:
     Extent _triangles, _tauPx, _errorPx;
     uint64_t _verticesEvaluated = 0, _listsMade = 0, _tilesVisited = 0, _framesWithMissingTiles = 0;
     uint64_t _pageIns = 0, _bytesUploaded = 0, _overBudget = 0;
-    // Reversals: changes of the budget's direction.
-    uint32_t _lastBudget = 0;
-    int _budgetDirection = 0;
-    uint64_t _reversals = 0;
+    Extent _budget;
+    uint32_t _smallestBudget = UINT32_MAX;
+    lod::BudgetReversals _reversals;
 };
 
 // Writes text to a file under a temporary name and renames it. Errors (failed) name the file.

@@ -47,20 +47,32 @@ void TerrainEngine::select(const ViewState& view)
     _slots.use(_list.usedPages);
 }
 
+void TerrainEngine::setTriangleBudget(uint32_t triangles) noexcept
+{
+    _selector.setTriangleBudget(triangles);
+}
+
 void TerrainEngine::draw(const ViewState& view, FrameStats& stats)
 {
     const int64_t start = steadyNs();
     select(view);
+    // A missing page keeps its neighbours coarse too, down to a tenth of the triangles: where the frame may
+    // load it, that is better done before the picture than after it.
+    while (!_list.wantedPages.empty() && load(stats) > 0) {
+        select(view);
+    }
     const int64_t selected = steadyNs();
     _renderer.draw(view, _list, _slots.slotOfPage());
-    stats.selectNs = selected - start;
+    stats.selectNs = selected - start - stats.loadNs;
     stats.drawNs = steadyNs() - selected;
+    stats.triangleBudget = _selector.triangleBudget();
     stats.lod = _list.stats;
 }
 
-void TerrainEngine::load(FrameStats& stats)
+uint32_t TerrainEngine::load(FrameStats& stats)
 {
     const int64_t start = steadyNs();
+    const uint32_t before = stats.pageIns;
     for (const uint32_t page : _list.wantedPages) {
         if (stats.pageIns == _settings.pageLoadsPerFrame) {
             break;
@@ -70,7 +82,8 @@ void TerrainEngine::load(FrameStats& stats)
             stats.bytesUploaded += bytes;
         }
     }
-    stats.loadNs = steadyNs() - start;
+    stats.loadNs += steadyNs() - start;
+    return stats.pageIns - before;
 }
 
 // Bytes handed to GL; 0 when the page is damaged or there is no room. A page whose parent is not resident

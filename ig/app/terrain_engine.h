@@ -33,10 +33,11 @@ public:
     // is damaged, nothing can be drawn.
     Result<void> preload(const ViewState& view);
 
-    // Chooses the tiles and issues the draw calls; fills selectNs, drawNs and lod.
+    // Of the next draw() on; at most settings.selection.triangleBudget.
+    void setTriangleBudget(uint32_t triangles) noexcept;
+    // Chooses the tiles, loads pages that are missing, at most settings.pageLoadsPerFrame, and issues the
+    // draw calls. Fills selectNs, loadNs, pageIns, bytesUploaded, drawNs, triangleBudget and lod.
     void draw(const ViewState& view, FrameStats& stats);
-    // Loads pages that the last draw() wanted, a bounded number; fills loadNs, pageIns and bytesUploaded.
-    void load(FrameStats& stats);
 
     const data::DatasetInfo& info() const noexcept { return _dataset.info(); }
     const lod::DrawList& drawList() const noexcept { return _list; }
@@ -45,6 +46,7 @@ public:
     uint32_t damagedPages() const noexcept { return _damagedCount; }
 
 private:
+    uint32_t load(FrameStats& stats);
     uint64_t loadPage(uint32_t page);
     void select(const ViewState& view);
 

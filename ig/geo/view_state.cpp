@@ -5,6 +5,7 @@
 #include <glm/matrix.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 namespace ig {
 
@@ -40,6 +41,39 @@ std::array<glm::dvec4, 5> frustumPlanes(const ViewState& view) noexcept
     };
     return {side({1.0, 0.0, f.left}), side({-1.0, 0.0, -f.right}), side({0.0, 1.0, f.bottom}),
             side({0.0, -1.0, -f.top}), glm::dvec4(ecefFromEye * glm::dvec3(0.0, 0.0, -1.0), -f.nearM)};
+}
+
+double shareBelowHorizon(const ViewState& view, const Ellipsoid& ellipsoid) noexcept
+{
+    constexpr int kColumns = 32;
+    constexpr int kRows = 18;
+    const double fromCentreM = glm::length(view.eye.m);
+    if (!(fromCentreM > 0.0)) {
+        return 0.0;
+    }
+    // The ellipsoid's radius under the eye; the horizon dips by acos(radius / distance).
+    const double polarM = ellipsoid.semiMajorM * (1.0 - ellipsoid.flattening);
+    const glm::dvec3 onSphere = view.eye.m / glm::dvec3(ellipsoid.semiMajorM, ellipsoid.semiMajorM, polarM);
+    const double radii = std::max(glm::length(onSphere), 1.0);
+    const double horizonSine = -std::sqrt(1.0 - 1.0 / (radii * radii));
+    const glm::dvec3 up = view.eyeFromEcef * (view.eye.m / fromCentreM);
+    const Frustum& f = view.frustum;
+    const double stepX = (f.right - f.left) / kColumns;
+    const double stepY = (f.top - f.bottom) / kRows;
+    double below = 0.0;
+    for (int row = 0; row < kRows; ++row) {
+        for (int column = 0; column < kColumns; ++column) {
+            const glm::dvec3 ray(f.left + (column + 0.5) * stepX, f.bottom + (row + 0.5) * stepY, -1.0);
+            const double length = glm::length(ray);
+            const double sine = glm::dot(ray, up) / length;
+            // How far the sine changes across the sample's cell: the cell is below by that much.
+            const double acrossX = stepX * (up.x - sine * ray.x / length) / length;
+            const double acrossY = stepY * (up.y - sine * ray.y / length) / length;
+            const double across = std::max(std::abs(acrossX) + std::abs(acrossY), 1e-12);
+            below += std::clamp(0.5 + (horizonSine - sine) / across, 0.0, 1.0);
+        }
+    }
+    return below / (kColumns * kRows);
 }
 
 } // namespace ig

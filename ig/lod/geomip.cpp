@@ -30,7 +30,7 @@ TileKey childKey(const TileKey& key, int child) noexcept
 
 GeomipSelector::GeomipSelector(const TerrainShape& shape, std::span<const PageNode> pages,
                                const GeomipSettings& settings)
-    : _shape(shape), _pages(pages), _settings(settings)
+    : _shape(shape), _pages(pages), _settings(settings), _budget(settings.triangleBudget)
 {
     assert(settings.triangleBudget >= kSmallestBudget);
     const size_t tiles = settings.triangleBudget / kTileTriangles;
@@ -39,6 +39,11 @@ GeomipSelector::GeomipSelector(const TerrainShape& shape, std::span<const PageNo
     _heap.reserve(nodes);
     _toSplit.reserve(4 * kMaxPageDepth);
     _order.reserve(tiles + 1);
+}
+
+void GeomipSelector::setTriangleBudget(uint32_t triangles) noexcept
+{
+    _budget = std::clamp(triangles, kSmallestBudget, _settings.triangleBudget);
 }
 
 void GeomipSelector::select(const ViewState& view, std::span<const int32_t> slotOfPage, DrawList& out)
@@ -174,7 +179,7 @@ bool GeomipSelector::splitCollected(const ViewState& view, const Visibility& vis
     for (const int32_t index : _toSplit) {
         split(index, view, visibility, stats);
     }
-    if (uint64_t{_visibleLeaves} * kTileTriangles > _settings.triangleBudget) {
+    if (uint64_t{_visibleLeaves} * kTileTriangles > _budget) {
         for (const int32_t index : _toSplit) {
             _nodes[static_cast<size_t>(index)].firstChild = -1;
         }
@@ -277,7 +282,7 @@ void GeomipSelector::emit(DrawList& out)
             kTileTriangles - kStitchedSideTriangles * std::popcount(unsigned{item.stitch}));
         out.items.push_back(item);
     }
-    assert(out.stats.triangles <= _settings.triangleBudget);
+    assert(out.stats.triangles <= _budget);
 }
 
 } // namespace ig::lod

@@ -19,7 +19,7 @@
 namespace ig::lod {
 
 struct GeomipSettings {
-    uint32_t triangleBudget = 24'000; // never exceeded; at least kSmallestBudget
+    uint32_t triangleBudget = 24'000; // never exceeded, the largest that can be set; at least kSmallestBudget
     float tolerancePx = 1.0F;         // tiles within it are not split further; >= 0
 };
 
@@ -32,6 +32,11 @@ public:
     // at least kSmallestBudget.
     GeomipSelector(const TerrainShape& shape, std::span<const PageNode> pages,
                    const GeomipSettings& settings);
+
+    // The budget of the selections that follow: kSmallestBudget to settings.triangleBudget, or the nearer of
+    // both.
+    void setTriangleBudget(uint32_t triangles) noexcept;
+    uint32_t triangleBudget() const noexcept { return _budget; }
 
     // Fills out for this view. slotOfPage[page] >= 0 says that a page is resident; when the root is not,
     // nothing is drawn and the root is wanted. No allocation after the first call.
@@ -73,6 +78,7 @@ private:
     TerrainShape _shape;
     std::span<const PageNode> _pages;
     GeomipSettings _settings;
+    uint32_t _budget;
     double _nearestM = 0.5; // distances below the near plane count as it
     double _alpha = 1;
     uint32_t _visibleLeaves = 0;

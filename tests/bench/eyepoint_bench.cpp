@@ -3,14 +3,19 @@
 //   static    frames through the draw list against the same triangles from one static index buffer with the
 //             same shaders, frame by frame in turn
 //   size      frames over a large terrain against a small one, frame by frame in turn
-//   pace      a paced flight: p99 / mean of the frame time, missed frames, share of the selection
-//   steadiness  the same flight five times, each frame at its median: p99 / mean without the machine's share
+//   pace      a paced flight: p99 / mean of the frame time, missed frames, share of the selection; with a
+//             fixed budget and with the budget that holds --frame-time
+//   steadiness  the same flight five times, each frame at its median: p99 / mean without the machine's share.
+//             Held: a pass before them, at the flight's rate, decides the budgets, so that the five draw the
+//             same triangles; what disturbed that pass is in its budgets
 //   machine   p99 / mean of fixed arithmetic in place of frames: what the machine itself adds to pace
 #include "flight.h"
 #include "ig/app/frame_schedule.h"
+#include "ig/app/frame_time_control.h"
 #include "ig/app/steady_clock.h"
 #include "ig/app/terrain_engine.h"
 #include "ig/base/histogram.h"
+#include "ig/lod/budget_reversals.h"
 #include "static_mesh.h"
 
 #include <CLI/CLI.hpp>
@@ -33,6 +38,8 @@ struct Options {
     int width = 1280, height = 720;
     int frames = 600;
     double seconds = 60, rateHz = 60;
+    double frameTimeMs = 10;
+    uint32_t smallestBudget = 4'000;
     double speedMs = 250, heightM = 300;
 };
 
@@ -43,6 +50,23 @@ public:
         std::fprintf(stderr, "%.*s\n", static_cast<int>(line.size()), line.data());
     }
 };
+
+double median(std::vector<double> values)
+{
+    if (values.empty()) {
+        return 0;
+    }
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+double cpuMs()
+{
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
+}
 
 // One terrain with its own renderer, flown frame by frame.
 struct Runner {
@@ -61,17 +85,36 @@ struct Runner {
         flight = std::make_unique<bench::Flight>(*ground, plan, middle);
     }
 
-    app::FrameStats frame(const ViewState& view)
-    {
+    struct Cost {
         app::FrameStats stats;
+        double cpuMs = 0; // of all threads
+    };
+
+    Cost frame(const ViewState& view, uint32_t budget) { return frame(view, budget, nullptr); }
+    Cost frame(const ViewState& view, app::FrameTimeControl& control) { return frame(view, 0, &control); }
+
+private:
+    Cost frame(const ViewState& view, uint32_t budget, app::FrameTimeControl* control)
+    {
+        Cost cost;
+        app::FrameStats& stats = cost.stats;
+        const double cpuStart = cpuMs();
         const int64_t start = app::steadyNs();
+        engine->setTriangleBudget(control != nullptr ? control->budgetFor(view) : budget);
         engine->draw(view, stats);
         const int64_t drawn = app::steadyNs();
         renderer->read(picture);
         stats.readBackNs = app::steadyNs() - drawn;
-        engine->load(stats);
+        if (control != nullptr) {
+            control->look(view, picture);
+        }
         stats.frameNs = app::steadyNs() - start;
-        return stats;
+        cost.cpuMs = cpuMs() - cpuStart;
+        if (control != nullptr) {
+            control->observe(stats);
+        }
+        overBudget += stats.lod.triangles > stats.triangleBudget ? 1 : 0;
+        return cost;
     }
 };
 
@@ -115,23 +158,6 @@ Result<std::unique_ptr<Runner>> makeRunner(const std::string& path, const Option
         return Unexpected{loaded.error()};
     }
     return runner;
-}
-
-double median(std::vector<double> values)
-{
-    if (values.empty()) {
-        return 0;
-    }
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
-double cpuMs()
-{
-    timespec now{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
 }
 
 Json measureStatic(Runner& runner, const Options& options, const gl::Context& context)
@@ -181,7 +207,6 @@ Json measureStatic(Runner& runner, const Options& options, const gl::Context& co
         const double theirsMs = static_cast<double>(app::steadyNs() - staticStart) * 1e-6;
         const double theirsCpu = cpuMs() - staticCpuStart;
         differing += picture != runner.picture ? 1 : 0;
-        runner.engine->load(stats);
         if (i < 10) {
             continue; // the driver compiles and warms up
         }
@@ -206,15 +231,15 @@ Json measureSize(Runner& large, Runner& small, const Options& options)
     std::vector<double> ratios, largeMs, smallMs;
     for (int i = 0; i < options.frames; ++i) {
         const double timeS = i / 60.0;
-        const app::FrameStats a = large.frame(large.flight->view(timeS, options.width, options.height));
-        const app::FrameStats b = small.frame(small.flight->view(timeS, options.width, options.height));
+        const app::FrameStats a =
+            large.frame(large.flight->view(timeS, options.width, options.height), options.budget).stats;
+        const app::FrameStats b =
+            small.frame(small.flight->view(timeS, options.width, options.height), options.budget).stats;
         if (i >= 10) {
             largeMs.push_back(static_cast<double>(a.frameNs) * 1e-6);
             smallMs.push_back(static_cast<double>(b.frameNs) * 1e-6);
             ratios.push_back(largeMs.back() / smallMs.back());
         }
-        large.overBudget += a.lod.triangles > options.budget ? 1 : 0;
-        small.overBudget += b.lod.triangles > options.budget ? 1 : 0;
     }
     return {{"large_ms_p50", median(largeMs)},
             {"small_ms_p50", median(smallMs)},
@@ -272,73 +297,142 @@ Json measureMachine(double frameNs, const Options& options)
             {"two_threads_p99_over_mean", two.quantileNs(0.99) / two.meanNs()}};
 }
 
-Json measurePace(Runner& runner, const Options& options)
+app::FrameTimeControl makeControl(const Runner& runner, const Options& options)
 {
-    Histogram frame, select, load;
-    double tauSum = 0;
+    return {{options.frameTimeMs, std::min(options.smallestBudget, options.budget), options.budget},
+            runner.ground->info().shape.ellipsoid};
+}
+
+// A value of every frame.
+Json spread(std::vector<double> values)
+{
+    if (values.empty()) {
+        return {};
+    }
+    std::sort(values.begin(), values.end());
+    double sum = 0;
+    for (const double value : values) {
+        sum += value;
+    }
+    return {{"mean", sum / static_cast<double>(values.size())},
+            {"min", values.front()},
+            {"p50", values[values.size() / 2]},
+            {"max", values.back()}};
+}
+
+double p99OverMean(const Histogram& histogram)
+{
+    return histogram.quantileNs(0.99) / histogram.meanNs();
+}
+
+// held: the budget moves to hold options.frameTimeMs.
+Json measurePace(Runner& runner, const Options& options, bool held)
+{
+    app::FrameTimeControl control = makeControl(runner, options);
+    Histogram frame, cpu, select, load;
+    std::vector<double> tau, triangles, budgets;
+    lod::BudgetReversals reversals;
     double errorMax = 0;
-    uint64_t triangles = 0;
-    uint64_t pageIns = 0;
+    uint64_t pageIns = 0, missingTiles = 0;
     const int64_t first = app::steadyNs();
     app::FrameSchedule schedule(first, options.rateHz);
     int64_t start = first;
     while (static_cast<double>(start - first) * 1e-9 < options.seconds) {
-        const app::FrameStats stats = runner.frame(
-            runner.flight->view(static_cast<double>(start - first) * 1e-9, options.width, options.height));
+        const ViewState view =
+            runner.flight->view(static_cast<double>(start - first) * 1e-9, options.width, options.height);
+        const Runner::Cost cost = held ? runner.frame(view, control) : runner.frame(view, options.budget);
+        const app::FrameStats& stats = cost.stats;
         frame.add(stats.frameNs);
+        cpu.add(static_cast<int64_t>(cost.cpuMs * 1e6));
         select.add(stats.selectNs);
         load.add(stats.loadNs);
-        tauSum += stats.lod.tauPx;
+        tau.push_back(stats.lod.tauPx);
+        triangles.push_back(stats.lod.triangles);
+        budgets.push_back(stats.triangleBudget);
+        reversals.add(stats.triangleBudget);
         errorMax = std::max<double>(errorMax, stats.lod.errorPx);
-        triangles += stats.lod.triangles;
         pageIns += stats.pageIns;
-        runner.overBudget += stats.lod.triangles > options.budget ? 1 : 0;
+        missingTiles += stats.lod.tilesMissing > 0 ? 1 : 0;
         sleepUntil(schedule.nextStartNs(app::steadyNs()));
         start = app::steadyNs();
     }
-    const double count = static_cast<double>(frame.count());
-    return {{"frames", frame.count()},
-            {"missed", schedule.missed()},
-            {"frame_ms_mean", frame.meanNs() * 1e-6},
-            {"frame_ms_p50", frame.quantileNs(0.5) * 1e-6},
-            {"frame_ms_p99", frame.quantileNs(0.99) * 1e-6},
-            {"frame_ms_max", frame.maxNs() * 1e-6},
-            {"p99_over_mean", frame.quantileNs(0.99) / frame.meanNs()},
-            {"select_share", select.meanNs() / frame.meanNs()},
-            {"select_ms_p99", select.quantileNs(0.99) * 1e-6},
-            {"load_ms_mean", load.meanNs() * 1e-6},
-            {"load_ms_max", load.maxNs() * 1e-6},
-            {"triangles_mean", static_cast<double>(triangles) / count},
-            {"tau_px_mean", tauSum / count},
-            {"error_px_max", errorMax},
-            {"page_ins", pageIns}};
+    const double minutes = options.seconds / 60.0;
+    Json report{{"frames", frame.count()},
+                {"missed", schedule.missed()},
+                {"frame_ms_mean", frame.meanNs() * 1e-6},
+                {"frame_ms_p50", frame.quantileNs(0.5) * 1e-6},
+                {"frame_ms_p99", frame.quantileNs(0.99) * 1e-6},
+                {"frame_ms_max", frame.maxNs() * 1e-6},
+                {"p99_over_mean", p99OverMean(frame)},
+                {"cpu_ms_mean", cpu.meanNs() * 1e-6},
+                {"cpu_p99_over_mean", p99OverMean(cpu)},
+                {"select_share", select.meanNs() / frame.meanNs()},
+                {"select_ms_p99", select.quantileNs(0.99) * 1e-6},
+                {"load_ms_mean", load.meanNs() * 1e-6},
+                {"load_ms_max", load.maxNs() * 1e-6},
+                {"triangles", spread(triangles)},
+                {"tau_px", spread(tau)},
+                {"error_px_max", errorMax},
+                {"frames_with_missing_tiles", missingTiles},
+                {"page_ins", pageIns}};
+    if (held) {
+        report["frame_time_ms"] = options.frameTimeMs;
+        report["budget"] = spread(budgets);
+        report["reversals_per_minute"] = static_cast<double>(reversals.reversals()) / minutes;
+        report["turns_per_minute"] = static_cast<double>(reversals.turns()) / minutes;
+    }
+    return report;
 }
 
 // The same flight several times over, each frame at the median of its times: what is left of p99 / mean is
 // the picture's own doing, not the machine's.
-Json measureSteadiness(Runner& runner, const Options& options)
+Json measureSteadiness(Runner& runner, const Options& options, bool held)
 {
     constexpr size_t kPasses = 5;
-    constexpr double kFramesPerS = 20; // of the flight; not paced
-    const auto frames = static_cast<size_t>(std::max(1.0, options.seconds * kFramesPerS));
-    std::vector<std::vector<double>> times(frames);
-    for (size_t pass = 0; pass < kPasses; ++pass) {
-        for (size_t i = 0; i < frames; ++i) {
-            const double timeS = static_cast<double>(i) / kFramesPerS;
-            const app::FrameStats stats =
-                runner.frame(runner.flight->view(timeS, options.width, options.height));
-            times[i].push_back(static_cast<double>(stats.frameNs));
-            runner.overBudget += stats.lod.triangles > options.budget ? 1 : 0;
+    constexpr size_t kFramesPerS = 20; // of the flight; not paced
+    constexpr size_t kDecidedPerS = 60;
+    const auto frames =
+        static_cast<size_t>(std::max(1.0, options.seconds * static_cast<double>(kFramesPerS)));
+    const auto viewAt = [&](size_t i, size_t perS) {
+        return runner.flight->view(static_cast<double>(i) / static_cast<double>(perS), options.width,
+                                   options.height);
+    };
+    std::vector<uint32_t> budgets(frames, options.budget);
+    if (held) {
+        app::FrameTimeControl control = makeControl(runner, options);
+        constexpr size_t kEach = kDecidedPerS / kFramesPerS;
+        for (size_t i = 0; i < frames * kEach; ++i) {
+            const Runner::Cost cost = runner.frame(viewAt(i, kDecidedPerS), control);
+            budgets[i / kEach] = cost.stats.triangleBudget;
         }
     }
-    Histogram typical;
-    for (const std::vector<double>& frame : times) {
-        typical.add(static_cast<int64_t>(median(frame)));
+    std::vector<std::vector<double>> times(frames), cpuTimes(frames);
+    std::vector<double> tau, triangles;
+    for (size_t pass = 0; pass < kPasses; ++pass) {
+        for (size_t i = 0; i < frames; ++i) {
+            const Runner::Cost cost = runner.frame(viewAt(i, kFramesPerS), budgets[i]);
+            times[i].push_back(static_cast<double>(cost.stats.frameNs));
+            cpuTimes[i].push_back(cost.cpuMs * 1e6);
+            if (pass == 0) {
+                tau.push_back(cost.stats.lod.tauPx);
+                triangles.push_back(cost.stats.lod.triangles);
+            }
+        }
+    }
+    // The controller starts from the smallest budget: its first second is not part of the flight.
+    Histogram typical, typicalCpu;
+    for (size_t i = std::min(kFramesPerS, frames - 1); i < frames; ++i) {
+        typical.add(static_cast<int64_t>(median(times[i])));
+        typicalCpu.add(static_cast<int64_t>(median(cpuTimes[i])));
     }
     return {{"passes", kPasses},
             {"frame_ms_mean", typical.meanNs() * 1e-6},
             {"frame_ms_p99", typical.quantileNs(0.99) * 1e-6},
-            {"p99_over_mean", typical.quantileNs(0.99) / typical.meanNs()}};
+            {"p99_over_mean", p99OverMean(typical)},
+            {"cpu_ms_mean", typicalCpu.meanNs() * 1e-6},
+            {"cpu_p99_over_mean", p99OverMean(typicalCpu)},
+            {"triangles", spread(triangles)},
+            {"tau_px", spread(tau)}};
 }
 
 Result<Json> run(const Options& options)
@@ -368,8 +462,10 @@ Result<Json> run(const Options& options)
         overBudget += (*small)->overBudget;
     }
     if (options.seconds > 0) {
-        report["pace"] = measurePace(**runner, options);
-        report["steadiness"] = measureSteadiness(**runner, options);
+        report["pace"] = measurePace(**runner, options, false);
+        report["steadiness"] = measureSteadiness(**runner, options, false);
+        report["pace_held"] = measurePace(**runner, options, true);
+        report["steadiness_held"] = measureSteadiness(**runner, options, true);
         report["machine"] = measureMachine(report["pace"]["frame_ms_mean"].get<double>() * 1e6, options);
     }
     report["frames_over_budget"] = overBudget + (*runner)->overBudget;
@@ -392,6 +488,11 @@ int main(int argc, char** argv)
         ->check(CLI::Range(0.0, 1e5));
     app.add_option("--rate", options.rateHz, "frames per second of the paced flight")
         ->check(CLI::Range(0.1, 1e4));
+    app.add_option("--frame-time", options.frameTimeMs, "ms that the moving budget holds")
+        ->check(CLI::Range(0.1, 1e4));
+    app.add_option("--smallest-budget", options.smallestBudget,
+                   "triangles per frame that the moving budget keeps")
+        ->check(CLI::Range(512, 1'000'000));
     app.add_option("--speed", options.speedMs, "m/s")->check(CLI::Range(0.0, 1e5));
     app.add_option("--height-above-ground", options.heightM, "m")->check(CLI::Range(0.0, 1e6));
     CLI11_PARSE(app, argc, argv);
