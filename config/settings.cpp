@@ -120,6 +120,9 @@ const std::vector<Key>& allKeys()
         k.push_back(text(
             "terrain.file", "a string, path of an .ept dataset",
             [](auto& s) -> auto& { return s.terrain.file; }));
+        k.push_back(choice(
+            "terrain.method", {"hybrid", "bintree", "geomip"},
+            [](auto& s) -> auto& { return s.terrain.method; }));
         k.push_back(integer(
             "terrain.triangle_budget", 512, 1'000'000, "triangles per frame",
             [](auto& s) -> auto& { return s.terrain.triangleBudget; }));

@@ -16,6 +16,7 @@ namespace config {
 struct Settings {
     struct {
         std::string file;
+        std::string method = "hybrid";
         int64_t triangleBudget = 24'000;
         double frameTimeMs = 0;
         int64_t smallestTriangleBudget = 4'000;

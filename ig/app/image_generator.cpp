@@ -21,6 +21,7 @@ scene::ViewDefaults viewDefaults(const config::Settings& settings)
 TerrainSettings terrainSettings(const config::Settings& settings)
 {
     TerrainSettings out;
+    out.selection.method = *lod::methodOf(settings.terrain.method);
     out.selection.triangleBudget = static_cast<uint32_t>(settings.terrain.triangleBudget);
     out.selection.tolerancePx = static_cast<float>(settings.terrain.tolerancePx);
     out.shading.tint = settings.shading.tint == "slope" ? data::ShadingSettings::Tint::slope
@@ -41,6 +42,7 @@ gl::RendererSettings rendererSettings(const config::Settings& settings, const da
     out.pageSlots = static_cast<uint32_t>(settings.terrain.pageSlots);
     out.holes = dataset.hasHoles;
     out.visibilityM = settings.shading.visibilityM;
+    out.morph = rendererMorph(*lod::methodOf(settings.terrain.method));
     return out;
 }
 

@@ -7,10 +7,16 @@
 
 namespace ig::app {
 
+gl::Morph rendererMorph(lod::Method method) noexcept
+{
+    return method == lod::Method::geomip ? gl::Morph::none : gl::Morph::lists;
+}
+
 TerrainEngine::TerrainEngine(data::Dataset dataset, const TerrainSettings& settings, gl::Renderer& renderer,
                              LogSink& log)
     : _dataset(std::move(dataset)), _settings(settings), _renderer(renderer), _log(log),
-      _selector(_dataset.info().shape, _dataset.pages(), settings.selection),
+      _selector(
+          lod::makeSelector(_dataset.info().shape, _dataset.pages(), settings.pageSlots, settings.selection)),
       _slots(static_cast<uint32_t>(_dataset.pages().size()), settings.pageSlots),
       _heights(settings.pageSlots), _damaged(_dataset.pages().size(), false)
 {
@@ -24,12 +30,14 @@ TerrainEngine::TerrainEngine(data::Dataset dataset, const TerrainSettings& setti
 Result<void> TerrainEngine::preload(const ViewState& view)
 {
     select(view);
-    for (;;) {
-        uint32_t loaded = 0;
+    // With too few slots pages push each other out without end.
+    const uint32_t most = 2 * _settings.pageSlots;
+    for (uint32_t loaded = 0; loaded < most;) {
+        const uint32_t before = loaded;
         for (const uint32_t page : _list.wantedPages) {
             loaded += loadPage(page) > 0 ? 1 : 0;
         }
-        if (loaded == 0) {
+        if (loaded == before) {
             break;
         }
         select(view);
@@ -43,13 +51,13 @@ Result<void> TerrainEngine::preload(const ViewState& view)
 
 void TerrainEngine::select(const ViewState& view)
 {
-    _selector.select(view, _slots.slotOfPage(), _list);
+    _selector->select(view, _list);
     _slots.use(_list.usedPages);
 }
 
 void TerrainEngine::setTriangleBudget(uint32_t triangles) noexcept
 {
-    _selector.setTriangleBudget(triangles);
+    _selector->setTriangleBudget(triangles);
 }
 
 void TerrainEngine::draw(const ViewState& view, FrameStats& stats)
@@ -65,7 +73,7 @@ void TerrainEngine::draw(const ViewState& view, FrameStats& stats)
     _renderer.draw(view, _list, _slots.slotOfPage());
     stats.selectNs = selected - start - stats.loadNs;
     stats.drawNs = steadyNs() - selected;
-    stats.triangleBudget = _selector.triangleBudget();
+    stats.triangleBudget = _selector->triangleBudget();
     stats.lod = _list.stats;
 }
 
@@ -108,9 +116,26 @@ uint64_t TerrainEngine::loadPage(uint32_t page)
         _log.write(LogLevel::error, read.error().message + "; drawn by its coarser ancestor");
         return 0;
     }
-    data::buildPageMesh(_dataset.info(), _dataset.pages()[page], _loaded, _settings.shading, _mesh);
-    const uint32_t slot = *_slots.place(page);
+    const data::DatasetInfo& info = _dataset.info();
+    const lod::PageNode& node = _dataset.pages()[page];
+    data::buildPageMesh(info, node, _loaded, _settings.shading, _mesh);
+    if (rendererMorph(_settings.selection.method) != gl::Morph::none) {
+        data::addMorph(info, node, _loaded, _mesh);
+    }
+    const auto [slot, evicted] = *_slots.place(page);
+    // Older than its ancestors, which it needs as long as it is resident.
+    for (int32_t above = parent; above != lod::kNoPage;
+         above = _dataset.parentOf(static_cast<uint32_t>(above))) {
+        _slots.touch(static_cast<uint32_t>(above));
+    }
+    if (evicted != data::PageSlots::kNone) {
+        _selector->removePage(static_cast<uint32_t>(evicted), slot);
+    }
     std::swap(_heights[slot], _loaded);
+    const data::PageHeights& heights = _heights[slot];
+    _selector->addPage(
+        page, slot,
+        {heights.post, info.heightScaleM, info.heightOffsetM, heights.errorCode, heights.radiusCode});
     return _renderer.upload(slot, _mesh);
 }
 

@@ -9,7 +9,7 @@
 #include "ig/data/page_mesh.h"
 #include "ig/data/page_slots.h"
 #include "ig/gl/renderer.h"
-#include "ig/lod/geomip.h"
+#include "ig/lod/make_selector.h"
 
 #include <memory>
 #include <vector>
@@ -17,15 +17,19 @@
 namespace ig::app {
 
 struct TerrainSettings {
-    lod::GeomipSettings selection;
+    lod::SelectionSettings selection;
     data::ShadingSettings shading;
     uint32_t pageSlots = 512;
     uint32_t pageLoadsPerFrame = 4;
 };
 
+// What the renderer needs for a method.
+gl::Morph rendererMorph(lod::Method method) noexcept;
+
 class TerrainEngine {
 public:
-    // renderer must outlive the engine and have settings.pageSlots slots. log gets damaged pages, once each.
+    // renderer must outlive the engine, have settings.pageSlots slots and morph as rendererMorph() says. log
+    // gets damaged pages, once each.
     TerrainEngine(data::Dataset dataset, const TerrainSettings& settings, gl::Renderer& renderer,
                   LogSink& log);
 
@@ -54,7 +58,7 @@ private:
     TerrainSettings _settings;
     gl::Renderer& _renderer;
     LogSink& _log;
-    lod::GeomipSelector _selector;
+    std::unique_ptr<lod::Selector> _selector;
     data::PageSlots _slots;
     lod::DrawList _list;
     std::vector<data::PageHeights> _heights; // by slot, of the resident pages: their children need them

@@ -14,13 +14,19 @@ void PageSlots::use(std::span<const uint32_t> pages)
 {
     ++_now;
     for (const uint32_t page : pages) {
-        const int32_t slot = _slotOfPage[page];
-        if (slot != kNone && _slots[static_cast<size_t>(slot)].usedAt != _now) {
-            _slots[static_cast<size_t>(slot)].usedAt = _now;
-            unlink(slot);
-            linkNewest(slot);
+        if (_slotOfPage[page] != kNone) {
+            touch(page);
         }
     }
+}
+
+void PageSlots::touch(uint32_t page)
+{
+    const int32_t slot = _slotOfPage[page];
+    assert(slot != kNone);
+    _slots[static_cast<size_t>(slot)].usedAt = _now;
+    unlink(slot);
+    linkNewest(slot);
 }
 
 bool PageSlots::hasRoom() const noexcept
@@ -28,25 +34,27 @@ bool PageSlots::hasRoom() const noexcept
     return _resident < _slots.size() || _slots[static_cast<size_t>(_oldest)].usedAt != _now;
 }
 
-std::optional<uint32_t> PageSlots::place(uint32_t page)
+std::optional<PageSlots::Placement> PageSlots::place(uint32_t page)
 {
     assert(_slotOfPage[page] == kNone);
     if (!hasRoom()) {
         return std::nullopt;
     }
     int32_t slot = kNone;
+    int32_t evicted = kNone;
     if (_resident < _slots.size()) {
         slot = static_cast<int32_t>(_resident++);
     } else {
         slot = _oldest;
-        _slotOfPage[static_cast<size_t>(_slots[static_cast<size_t>(slot)].page)] = kNone;
+        evicted = _slots[static_cast<size_t>(slot)].page;
+        _slotOfPage[static_cast<size_t>(evicted)] = kNone;
         unlink(slot);
     }
     _slots[static_cast<size_t>(slot)].page = static_cast<int32_t>(page);
     _slots[static_cast<size_t>(slot)].usedAt = _now;
     _slotOfPage[page] = slot;
     linkNewest(slot);
-    return static_cast<uint32_t>(slot);
+    return Placement{static_cast<uint32_t>(slot), evicted};
 }
 
 void PageSlots::unlink(int32_t index)

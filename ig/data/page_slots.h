@@ -21,15 +21,23 @@ public:
     std::span<const int32_t> slotOfPage() const noexcept { return _slotOfPage; }
     uint32_t residentPages() const noexcept { return _resident; }
 
-    // Says that a frame uses these resident pages: until the next call they are not evicted. O(pages used).
+    // Says that a frame uses these resident pages, the last named last: until the next call they are not
+    // evicted. Who names children before their parents never loses a parent before its children.
+    // O(pages used).
     void use(std::span<const uint32_t> pages);
 
     // Whether place() would give a slot.
     bool hasRoom() const noexcept;
 
+    struct Placement {
+        uint32_t slot = 0;
+        int32_t evicted = kNone; // page that had the slot
+    };
     // A slot for a page that is not resident, evicting the least recently used; nothing when all slots
-    // hold pages in use. The page counts as resident from now on. Amortised O(1).
-    std::optional<uint32_t> place(uint32_t page);
+    // hold pages in use. The page counts as resident and used from now on. O(1).
+    std::optional<Placement> place(uint32_t page);
+    // Says that a resident page is used, as in use(), now.
+    void touch(uint32_t page);
 
 private:
     struct Slot {

@@ -26,17 +26,13 @@ void BintreePage::set(const TerrainShape& shape, const PageNode& node, const Pag
         const double longitudeRad = shape.westRad + shape.longitudeStepRad * col;
         _col[i] = {std::sin(longitudeRad), std::cos(longitudeRad)};
     }
-    _heightScaleM = data.heightScaleM;
-    _heightOffsetM = data.heightOffsetM;
-    _height.assign(data.height.begin(), data.height.end());
-    _errorCode.assign(data.errorCode.begin(), data.errorCode.end());
-    _radiusCode.assign(data.radiusCode.begin(), data.radiusCode.end());
+    _data = data;
     uint8_t error = 0;
     uint8_t radius = 0;
-    for (size_t i = 0; i < _errorCode.size(); ++i) {
+    for (size_t i = 0; i < data.errorCode.size(); ++i) {
         if (node.depth == 0 || (i % kPagePosts | i / kPagePosts) % 2 != 0) {
-            error = std::max(error, _errorCode[i]);
-            radius = std::max(radius, _radiusCode[i]);
+            error = std::max(error, data.errorCode[i]);
+            radius = std::max(radius, data.radiusCode[i]);
         }
     }
     _largestErrorM = decodeM(error);

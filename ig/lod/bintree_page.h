@@ -9,13 +9,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace ig::lod {
 
 class BintreePage {
 public:
-    // Copies. Allocates on first use only.
     void set(const TerrainShape& shape, const PageNode& node, const PageData& data);
 
     // ECEF metres. The same bits in every page that has the post.
@@ -24,12 +22,12 @@ public:
     {
         const Row& r = _row[post / kPagePosts];
         const Col& c = _col[post % kPagePosts];
-        const double h = _height[post] * _heightScaleM + _heightOffsetM;
+        const double h = _data.height[post] * _data.heightScaleM + _data.heightOffsetM;
         const double p = (r.normalM + h) * r.cosine;
         return {p * c.cosine, p * c.sine, (r.polarM + h) * r.sine};
     }
-    uint8_t errorCode(uint32_t post) const noexcept { return _errorCode[post]; }
-    uint8_t radiusCode(uint32_t post) const noexcept { return _radiusCode[post]; }
+    uint8_t errorCode(uint32_t post) const noexcept { return _data.errorCode[post]; }
+    uint8_t radiusCode(uint32_t post) const noexcept { return _data.radiusCode[post]; }
     // The largest among the vertices that the page introduces.
     double largestErrorM() const noexcept { return _largestErrorM; }
     double largestRadiusM() const noexcept { return _largestRadiusM; }
@@ -46,12 +44,9 @@ private:
 
     std::array<Row, kPagePosts> _row{};
     std::array<Col, kPagePosts> _col{};
-    double _heightScaleM = 1;
-    double _heightOffsetM = 0;
+    PageData _data;
     double _largestErrorM = 0;
     double _largestRadiusM = 0;
-    std::vector<int16_t> _height;
-    std::vector<uint8_t> _errorCode, _radiusCode;
 };
 
 } // namespace ig::lod

@@ -30,7 +30,8 @@ TileKey childKey(const TileKey& key, int child) noexcept
 
 GeomipSelector::GeomipSelector(const TerrainShape& shape, std::span<const PageNode> pages,
                                const GeomipSettings& settings)
-    : _shape(shape), _pages(pages), _settings(settings), _budget(settings.triangleBudget)
+    : _shape(shape), _pages(pages), _slotOfPage(pages.size(), -1), _settings(settings),
+      _budget(settings.triangleBudget)
 {
     assert(settings.triangleBudget >= kSmallestBudget);
     const size_t tiles = settings.triangleBudget / kTileTriangles;
@@ -41,7 +42,17 @@ GeomipSelector::GeomipSelector(const TerrainShape& shape, std::span<const PageNo
     _order.reserve(tiles + 1);
 }
 
-void GeomipSelector::setTriangleBudget(uint32_t triangles) noexcept
+void GeomipSelector::addPage(uint32_t page, uint32_t slot, const PageData&)
+{
+    _slotOfPage[page] = static_cast<int32_t>(slot);
+}
+
+void GeomipSelector::removePage(uint32_t page, uint32_t)
+{
+    _slotOfPage[page] = -1;
+}
+
+void GeomipSelector::setTriangleBudget(uint32_t triangles)
 {
     _budget = std::clamp(triangles, kSmallestBudget, _settings.triangleBudget);
 }
@@ -253,7 +264,7 @@ float GeomipSelector::itemErrorPx(const Node& node, uint8_t stitch) const noexce
 void GeomipSelector::emit(DrawList& out)
 {
     _order.clear();
-    for (size_t i = 0; i < _nodes.size(); ++i) {
+    for (size_t i = _nodes.size(); i-- > 0;) { // children before their parents
         const Node& node = _nodes[i];
         if (node.page != kNoPage && node.key.depth <= _shape.deepestPage) {
             out.usedPages.push_back(static_cast<uint32_t>(node.page));

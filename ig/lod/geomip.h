@@ -8,9 +8,8 @@
 // pages are missing. O(t log t) for t tiles in view, whatever the terrain's size.
 #pragma once
 
-#include "ig/geo/view_state.h"
 #include "ig/lod/bounds.h"
-#include "ig/lod/draw_list.h"
+#include "ig/lod/selector.h"
 
 #include <cstdint>
 #include <span>
@@ -26,17 +25,20 @@ struct GeomipSettings {
 // The smallest budget that can draw every terrain: its root tile.
 inline constexpr uint32_t kSmallestBudget = kTileTriangles;
 
-class GeomipSelector {
+class GeomipSelector final : public Selector {
 public:
     // pages: of the dataset, page 0 the root; must outlive the selector. settings.triangleBudget must be
     // at least kSmallestBudget.
     GeomipSelector(const TerrainShape& shape, std::span<const PageNode> pages,
                    const GeomipSettings& settings);
 
+    void addPage(uint32_t page, uint32_t slot, const PageData& data) override;
+    void removePage(uint32_t page, uint32_t slot) override;
+    void select(const ViewState& view, DrawList& out) override { select(view, _slotOfPage, out); }
     // The budget of the selections that follow: kSmallestBudget to settings.triangleBudget, or the nearer of
     // both.
-    void setTriangleBudget(uint32_t triangles) noexcept;
-    uint32_t triangleBudget() const noexcept { return _budget; }
+    void setTriangleBudget(uint32_t triangles) override;
+    uint32_t triangleBudget() const override { return _budget; }
 
     // Fills out for this view. slotOfPage[page] >= 0 says that a page is resident; when the root is not,
     // nothing is drawn and the root is wanted. No allocation after the first call.
@@ -77,6 +79,7 @@ private:
 
     TerrainShape _shape;
     std::span<const PageNode> _pages;
+    std::vector<int32_t> _slotOfPage;
     GeomipSettings _settings;
     uint32_t _budget;
     double _nearestM = 0.5; // distances below the near plane count as it

@@ -23,12 +23,14 @@ constexpr float kRoundingShare = 1e-6F;
 
 } // namespace
 
-PageLists::PageLists(const PageGraph& graph, const VertexTree& tree)
+PageLists::PageLists(const PageGraph& graph, const VertexTree& tree, size_t expected)
     : _graph(graph), _tree(tree), _pages(graph.slots())
 {
     for (size_t code = 0; code < _codeM.size(); ++code) {
         _codeM[code] = static_cast<float>(decodeM(static_cast<uint8_t>(code)));
     }
+    _drawn.reserve(graph.slots());
+    _clusters.reserve(expected / (kClusterTriangles / 2));
 }
 
 void PageLists::update(std::span<const int32_t> drawn)

@@ -19,8 +19,8 @@ namespace ig::lod {
 
 class PageLists {
 public:
-    // graph and tree must outlive the lists.
-    PageLists(const PageGraph& graph, const VertexTree& tree);
+    // graph and tree must outlive the lists. expected: triangles that memory is taken for at once.
+    PageLists(const PageGraph& graph, const VertexTree& tree, size_t expected);
 
     // After an update of the tree: the slots drawn now, parents before children, the root first.
     void update(std::span<const int32_t> drawn);

@@ -11,7 +11,8 @@
 
 namespace ig::lod {
 
-// A resident page as the methods see it; kPagePosts^2 values each, row 0 in the north.
+// A resident page as the methods see it; kPagePosts^2 values each, row 0 in the north. The spans stay valid
+// while the page is resident.
 struct PageData {
     std::span<const int16_t> height; // metres are value * heightScaleM + heightOffsetM
     double heightScaleM = 1;
@@ -23,13 +24,14 @@ class Selector {
 public:
     virtual ~Selector() = default;
 
-    // A page has come into a slot; its parent is resident. What the method needs of the data is copied.
+    // A page has come into a slot; its parent is resident.
     virtual void addPage(uint32_t page, uint32_t slot, const PageData& data) = 0;
     // The page leaves its slot. The last selection did not use it, and none of its children is resident.
     virtual void removePage(uint32_t page, uint32_t slot) = 0;
 
     // Triangles that no selection exceeds from now on; at least what the method needs.
     virtual void setTriangleBudget(uint32_t triangles) = 0;
+    virtual uint32_t triangleBudget() const = 0;
 
     // Fills out for this view. When the root is missing, nothing is drawn and the root is wanted. usedPages
     // names children before their parents. No allocation once it has seen the like.

@@ -16,6 +16,8 @@ namespace ig::lod {
 namespace {
 
 constexpr size_t kWantedCapacity = 64;
+// Vertices looked at, and triangles in lists, of which about a third is in view.
+constexpr size_t kExpectedPerTriangle = 3;
 // A vertex is morphed in over at least this many frames, or not at all.
 constexpr double kMorphFrames = 4.0;
 constexpr double kSpeedDecay = 0.95; // a frame
@@ -34,13 +36,17 @@ constexpr double kFarShare = 0.85; // below it, larger steps
 constexpr double kJumpShare = 0.5;
 constexpr double kSettledShare = 0.9;
 constexpr int kTrials = 32;
+// Finer is nothing: a thousandth of a pixel.
+constexpr double kFinestPx = 1e-3;
 
 } // namespace
 
 TreeSelector::TreeSelector(const TerrainShape& shape, std::span<const PageNode> pages, uint32_t slots,
                            const TreeSettings& settings)
-    : _shape(shape), _pages(pages), _settings(settings), _graph(shape, pages, slots),
-      _tree(_graph, settings.cullVertices), _lists(_graph, _tree), _visitOf(slots, -1)
+    : _shape(shape), _pages(pages), _settings(settings), _budget(settings.triangleBudget),
+      _graph(shape, pages, slots),
+      _tree(_graph, settings.cullVertices, kExpectedPerTriangle * settings.triangleBudget),
+      _lists(_graph, _tree, kExpectedPerTriangle * settings.triangleBudget), _visitOf(slots, -1)
 {
     assert(settings.triangleBudget >= kSmallestTreeBudget);
     _visits.reserve(slots);
@@ -48,6 +54,11 @@ TreeSelector::TreeSelector(const TerrainShape& shape, std::span<const PageNode> 
     _drawn.reserve(slots);
     _order.reserve(slots);
     _wanted.reserve(8 * kWantedCapacity);
+}
+
+void TreeSelector::setTriangleBudget(uint32_t triangles)
+{
+    _budget = std::clamp(triangles, kSmallestTreeBudget, _settings.triangleBudget);
 }
 
 void TreeSelector::addPage(uint32_t page, uint32_t slot, const PageData& data)
@@ -87,7 +98,7 @@ double TreeSelector::nextReach(const Motion& motion) const noexcept
 {
     double reach = _reach;
     if (!motion.jumped && (motion.movedM > 0.0 || motion.turnRad > 0.0)) {
-        const double share = static_cast<double>(_triangles) / _settings.triangleBudget;
+        const double share = static_cast<double>(_triangles) / _budget;
         const double step = share < kFarShare ? 4.0 * kReachStep : kReachStep;
         reach *= 1.0 + std::clamp(kReachGain * (kAimedShare - share), -step, step);
     }
@@ -98,10 +109,13 @@ void TreeSelector::select(const ViewState& view, DrawList& out)
 {
     out.items.clear();
     out.lists.clear();
+    out.lists.reserve(_graph.slots());
     out.indices.clear();
     out.indices.reserve(size_t{3} * _settings.triangleBudget);
     out.usedPages.clear();
+    out.usedPages.reserve(_graph.slots());
     out.wantedPages.clear();
+    out.wantedPages.reserve(kWantedCapacity);
     out.stats = {};
     if (_graph.root() < 0) {
         out.wantedPages.push_back(0);
@@ -109,7 +123,7 @@ void TreeSelector::select(const ViewState& view, DrawList& out)
     }
     _alpha = pixelsPerRadian(view);
     _planes = frustumPlanes(view);
-    _finestReach = _alpha / _settings.tolerancePx;
+    _finestReach = _alpha / std::max<double>(_settings.tolerancePx, kFinestPx);
     const Motion motion = motionTo(view);
     if (!motion.jumped && motion.movedM > 0.0) {
         _speedM = std::max(motion.movedM, kSpeedDecay * _speedM);
@@ -123,7 +137,7 @@ void TreeSelector::select(const ViewState& view, DrawList& out)
 
 void TreeSelector::solve(const ViewState& view, const Motion& motion, double reach, LodStats& stats)
 {
-    const uint32_t budget = _settings.triangleBudget;
+    const uint32_t budget = _budget;
     double fits = 0.0; // the largest reach known to fit, the smallest known not to
     double fails = std::numeric_limits<double>::infinity();
     bool settles = motion.jumped;
@@ -313,7 +327,7 @@ void TreeSelector::emit(const ViewState& view, DrawList& out)
     }
     out.morph = {static_cast<float>(_reach), static_cast<float>(std::min(_cutM, 1e30))};
     out.stats.triangles = static_cast<uint32_t>(out.indices.size() / 3);
-    assert(out.stats.triangles <= _settings.triangleBudget);
+    assert(out.stats.triangles <= _budget);
     const double nearM = view.frustum.nearM;
     const double tauPx =
         _reach > 0.0 ? _alpha / _reach : _alpha * _graph[_graph.root()].vertices.largestErrorM() / nearM;

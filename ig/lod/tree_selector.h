@@ -39,8 +39,9 @@
 namespace ig::lod {
 
 struct TreeSettings {
-    uint32_t triangleBudget = 24'000; // never exceeded; at least kSmallestTreeBudget
-    float tolerancePx = 1.0F;         // tau does not fall below it; > 0
+    uint32_t triangleBudget =
+        24'000;               // never exceeded, the largest that can be set; at least kSmallestTreeBudget
+    float tolerancePx = 1.0F; // tau does not fall below it; >= 0
     // Triangles are drawn with the texture of a finer page where a texel of theirs is wider than this.
     float texelPx = 2.0F;
     bool cullVertices = false; // bintree; else hybrid
@@ -60,7 +61,8 @@ public:
 
     void addPage(uint32_t page, uint32_t slot, const PageData& data) override;
     void removePage(uint32_t page, uint32_t slot) override;
-    void setTriangleBudget(uint32_t triangles) override { _settings.triangleBudget = triangles; }
+    void setTriangleBudget(uint32_t triangles) override;
+    uint32_t triangleBudget() const override { return _budget; }
     void select(const ViewState& view, DrawList& out) override;
 
 private:
@@ -100,6 +102,7 @@ private:
     TerrainShape _shape;
     std::span<const PageNode> _pages;
     TreeSettings _settings;
+    uint32_t _budget; // of the next selection
     PageGraph _graph;
     VertexTree _tree;
     PageLists _lists;

@@ -26,13 +26,19 @@ constexpr double kForever = std::numeric_limits<double>::infinity();
 
 } // namespace
 
-VertexTree::VertexTree(PageGraph& graph, bool cullVertices)
+VertexTree::VertexTree(PageGraph& graph, bool cullVertices, size_t expected)
     : _graph(graph), _cullVertices(cullVertices), _state(size_t{graph.slots()} * kPagePostTotal),
-      _activeCount(graph.slots(), 0), _keep(graph.slots(), 0), _bucket(kBuckets)
+      _activeCount(graph.slots(), 0), _keep(graph.slots(), 0)
 {
     for (size_t code = 0; code < _codeM.size(); ++code) {
         _codeM[code] = decodeM(static_cast<uint8_t>(code));
     }
+    _bucket.fill(kNoChunk);
+    _chunks.reserve(kBuckets + expected / 4);
+    _changed.reserve(expected);
+    _held.reserve(expected);
+    _open.reserve(graph.slots());
+    _sorted.reserve(graph.slots());
 }
 
 void VertexTree::clear()
@@ -45,9 +51,9 @@ void VertexTree::clear()
     }
     _open.clear();
     _held.clear();
-    for (std::vector<Due>& bucket : _bucket) {
-        bucket.clear();
-    }
+    _bucket.fill(kNoChunk);
+    _chunks.clear();
+    _freeChunk = kNoChunk;
     _now = 0;
     _taken = 0;
     _startedOver = true;
@@ -78,8 +84,10 @@ void VertexTree::update(const Criteria& criteria, double turnRad, std::span<cons
         _keep[static_cast<size_t>(slot)] = 1;
     }
     const auto depthOf = [this](int32_t slot) { return _graph.node(slot).depth; };
-    std::stable_sort(_open.begin(), _open.end(),
-                     [&](int32_t a, int32_t b) { return depthOf(a) > depthOf(b); });
+    // Not stable sorts, which allocate.
+    std::sort(_open.begin(), _open.end(), [&](int32_t a, int32_t b) {
+        return depthOf(a) != depthOf(b) ? depthOf(a) > depthOf(b) : a < b;
+    });
     for (const int32_t slot : _open) {
         if (_keep[static_cast<size_t>(slot)] == 0) {
             closePage(slot);
@@ -92,15 +100,13 @@ void VertexTree::update(const Criteria& criteria, double turnRad, std::span<cons
         }
         takeDue();
     }
-    std::stable_sort(_sorted.begin(), _sorted.end(),
-                     [&](int32_t a, int32_t b) { return depthOf(a) < depthOf(b); });
+    std::sort(_sorted.begin(), _sorted.end(), [&](int32_t a, int32_t b) {
+        return depthOf(a) != depthOf(b) ? depthOf(a) < depthOf(b) : a < b;
+    });
     for (const int32_t slot : _sorted) {
         if (!_graph[slot].open) {
             openPage(slot);
         }
-    }
-    if (_startedOver) {
-        _changed.clear();
     }
 }
 
@@ -194,15 +200,23 @@ void VertexTree::takeDue()
 
 void VertexTree::takeBucket(size_t bucket)
 {
-    _taking.swap(_bucket[bucket]);
-    for (const Due& due : _taking) {
-        if (due.tick > _now) { // later in this tick
-            _bucket[bucket].push_back(due);
-        } else if (due.version == _state[due.vertex].version && (_state[due.vertex].flags & kEnabled) != 0) {
-            evaluate(due.vertex);
+    uint32_t at = _bucket[bucket];
+    _bucket[bucket] = kNoChunk;
+    while (at != kNoChunk) {
+        const Chunk chunk = _chunks[at]; // new entries may move the chunks
+        _chunks[at].next = _freeChunk;
+        _freeChunk = at;
+        for (uint32_t i = 0; i < chunk.count; ++i) {
+            const Due& due = chunk.due[i];
+            if (due.tick > _now) { // later in this tick
+                put(bucket, due);
+            } else if (due.version == _state[due.vertex].version &&
+                       (_state[due.vertex].flags & kEnabled) != 0) {
+                evaluate(due.vertex);
+            }
         }
+        at = chunk.next;
     }
-    _taking.clear();
 }
 
 // Looks at a vertex whose parents may have become active.
@@ -271,11 +285,18 @@ void VertexTree::evaluate(VertexId v)
     }
 }
 
+void VertexTree::noteChange(VertexId v)
+{
+    if (!_startedOver) {
+        _changed.push_back(v);
+    }
+}
+
 void VertexTree::activate(VertexId v)
 {
     _state[v].flags |= kActive;
     ++_activeCount[v / kPagePostTotal];
-    _changed.push_back(v);
+    noteChange(v);
     std::array<VertexId, 4> children{};
     const size_t count = _graph.children(_graph.place(v), children);
     for (size_t i = 0; i < count; ++i) {
@@ -287,7 +308,7 @@ void VertexTree::deactivate(VertexId v)
 {
     _state[v].flags = static_cast<uint8_t>(_state[v].flags & ~kActive);
     --_activeCount[v / kPagePostTotal];
-    _changed.push_back(v);
+    noteChange(v);
     std::array<VertexId, 4> children{};
     const size_t count = _graph.children(_graph.place(v), children);
     for (size_t i = 0; i < count; ++i) {
@@ -309,9 +330,30 @@ void VertexTree::disable(VertexId v)
 void VertexTree::schedule(VertexId v, double ticks)
 {
     const uint8_t version = ++_state[v].version;
-    // The ring's length bounds how long anybody can wait.
-    const double tick = _now + std::clamp(ticks, 0.0, static_cast<double>(kBuckets - 2));
-    _bucket[static_cast<uint64_t>(tick) & (kBuckets - 1)].push_back({tick, v, version});
+    // The ring's length bounds how long anybody can wait. Those who could wait longer are spread over its
+    // second half, so that they do not all come back at once.
+    constexpr uint32_t kHalf = kBuckets / 2;
+    const uint32_t scattered = v * 2654435761U; // Knuth's multiplicative hash
+    const double longest = kHalf + scattered % (kHalf - 2);
+    const double tick = _now + std::clamp(ticks, 0.0, longest);
+    put(static_cast<uint64_t>(tick) & (kBuckets - 1), {tick, v, version});
+}
+
+void VertexTree::put(size_t bucket, const Due& due)
+{
+    uint32_t at = _bucket[bucket];
+    if (at == kNoChunk || _chunks[at].count == _chunks[at].due.size()) {
+        if (_freeChunk == kNoChunk) {
+            _freeChunk = static_cast<uint32_t>(_chunks.size());
+            _chunks.emplace_back();
+        }
+        at = _freeChunk;
+        _freeChunk = _chunks[at].next;
+        _chunks[at].next = _bucket[bucket];
+        _chunks[at].count = 0;
+        _bucket[bucket] = at;
+    }
+    _chunks[at].due[_chunks[at].count++] = due;
 }
 
 double VertexTree::heldBackPx(double alpha, double nearM)

@@ -38,8 +38,9 @@ public:
         double cutM = 0;
     };
 
-    // graph must outlive the tree. cullVertices: by frustum, vertex by vertex.
-    VertexTree(PageGraph& graph, bool cullVertices);
+    // graph must outlive the tree. cullVertices: by frustum, vertex by vertex. expected: vertices that memory
+    // is taken for at once; there may be more.
+    VertexTree(PageGraph& graph, bool cullVertices, size_t expected);
 
     // Makes the active set that of these criteria and of the open pages (given as slots; any order). turnRad:
     // the angle between the last frustum and this one, which is the same but for its attitude.
@@ -75,6 +76,12 @@ private:
         uint8_t version;
     };
     static constexpr size_t kBuckets = 4096;
+    static constexpr uint32_t kNoChunk = UINT32_MAX;
+    struct Chunk {
+        uint32_t next = kNoChunk;
+        uint32_t count = 0;
+        std::array<Due, 15> due;
+    };
 
     void clear();
     void advance(const Criteria& criteria, double turnRad);
@@ -85,10 +92,12 @@ private:
     void takeBucket(size_t bucket);
     void consider(VertexId v);
     void evaluate(VertexId v);
+    void noteChange(VertexId v);
     void activate(VertexId v);
     void deactivate(VertexId v);
     void disable(VertexId v);
     void schedule(VertexId v, double ticks);
+    void put(size_t bucket, const Due& due);
 
     PageGraph& _graph;
     bool _cullVertices;
@@ -107,8 +116,9 @@ private:
     double _now = 0;     // ticks
     uint64_t _taken = 0; // the last tick whose bucket has been looked at
     double _kappaPerTick = 1;
-    std::vector<std::vector<Due>> _bucket;
-    std::vector<Due> _taking;
+    std::array<uint32_t, kBuckets> _bucket{}; // first chunk of each
+    std::vector<Chunk> _chunks;
+    uint32_t _freeChunk = kNoChunk;
 };
 
 } // namespace ig::lod
