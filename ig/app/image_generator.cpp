@@ -102,6 +102,7 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
     if (auto loaded = generator->_terrain.preload(generator->_view); !loaded) {
         return Unexpected{loaded.error()};
     }
+    generator->warmUp();
     generator->_host.terrainLoaded();
     return generator;
 }
@@ -122,6 +123,13 @@ ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, H
             static_cast<uint32_t>(settings.terrain.triangleBudget)};
         _timeControl.emplace(control, _terrain.info().shape.ellipsoid);
     }
+}
+
+void ImageGenerator::warmUp()
+{
+    FrameStats unused;
+    _terrain.draw(_view, unused);
+    _renderer->read(_picture);
 }
 
 ViewState ImageGenerator::currentView()

@@ -69,6 +69,9 @@ void TerrainEngine::draw(const ViewState& view, FrameStats& stats)
     while (!_list.wantedPages.empty() && load(stats) > 0) {
         select(view);
     }
+    if (stats.pageIns == 0) {
+        loadAhead(stats);
+    }
     const int64_t selected = steadyNs();
     _renderer.draw(view, _list, _slots.slotOfPage());
     stats.selectNs = selected - start - stats.loadNs;
@@ -92,6 +95,42 @@ uint32_t TerrainEngine::load(FrameStats& stats)
     }
     stats.loadNs += steadyNs() - start;
     return stats.pageIns - before;
+}
+
+// Loads one page that will be needed soon, so that they do not all come due in one frame: the first that the
+// method names, or one of the four that the tile nearest to being split would need.
+void TerrainEngine::loadAhead(FrameStats& stats)
+{
+    const int64_t start = steadyNs();
+    constexpr float kNearSplitting = 0.25F; // share of the tolerance that the budget allows
+    float largestPx = kNearSplitting * _list.stats.tauPx;
+    int32_t ahead = lod::kNoPage;
+    for (const uint32_t page : _list.aheadPages) {
+        if (_slots.slotOfPage()[page] < 0 && !_damaged[page]) {
+            ahead = static_cast<int32_t>(page);
+            break;
+        }
+    }
+    for (const lod::DrawItem& item : _list.items) {
+        if (item.errorPx <= largestPx) {
+            continue;
+        }
+        for (const int32_t child : _dataset.pages()[item.page].child) {
+            if (child != lod::kNoPage && _slots.slotOfPage()[static_cast<size_t>(child)] < 0 &&
+                !_damaged[static_cast<size_t>(child)]) {
+                largestPx = item.errorPx;
+                ahead = child;
+                break;
+            }
+        }
+    }
+    if (ahead != lod::kNoPage) {
+        if (const uint64_t bytes = loadPage(static_cast<uint32_t>(ahead)); bytes > 0) {
+            ++stats.pageIns;
+            stats.bytesUploaded += bytes;
+        }
+    }
+    stats.loadNs += steadyNs() - start;
 }
 
 // Bytes handed to GL; 0 when the page is damaged or there is no room. A page whose parent is not resident

@@ -51,6 +51,7 @@ public:
 
 private:
     uint32_t load(FrameStats& stats);
+    void loadAhead(FrameStats& stats);
     uint64_t loadPage(uint32_t page);
     void select(const ViewState& view);
 

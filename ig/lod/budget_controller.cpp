@@ -8,11 +8,17 @@ namespace ig::lod {
 
 namespace {
 
-constexpr int kCoolDownFrames = 30;
-constexpr double kGrowth = 1.1; // a frame
-// Half width of the band round the target: this, or so many standard deviations of the prediction.
-constexpr double kSmallestBand = 0.04, kLargestBand = 0.15;
+constexpr int kCoolDownFrames = 30; // after a fall
+constexpr int kRiseFrames = 2;      // after a rise: its cost is known by then
+constexpr double kGrowth = 1.1;     // of a rise
+// Half width of the band round the target: this, or so many standard deviations of the prediction. Together
+// they are wider than what a single split of tiles adds to a frame, else the budget would go to and fro.
+constexpr double kBandAbove = 0.04, kBandBelow = 0.07, kWidestBand = 0.15;
 constexpr double kBandDeviations = 3.0;
+// What a small move of the budget adds or takes is near and in view: measured, it costs about twice the mean.
+constexpr double kMarginal = 2.0;
+// Beyond this excess the move is not small.
+constexpr double kLargeExcess = 0.15;
 
 } // namespace
 
@@ -29,17 +35,18 @@ uint32_t BudgetController::budgetFor(double terrainShare) noexcept
     }
     const double target = _settings.targetMs;
     const double predicted = _model.predictMs(terrainShare, _budget);
-    const double band = std::clamp(kBandDeviations * _model.uncertaintyMs(terrainShare, _budget) /
-                                       std::max(predicted, target),
-                                   kSmallestBand, kLargestBand);
-    if (predicted > target * (1.0 + band)) {
-        _budget = affordable(terrainShare);
+    const double band = std::min(kWidestBand, kBandDeviations * _model.uncertaintyMs(terrainShare, _budget) /
+                                                  std::max(predicted, target));
+    const double affordable = _model.affordableTriangles(target, terrainShare);
+    const double marginal = _budget + (affordable - _budget) / kMarginal;
+    if (predicted > target * (1.0 + std::max(band, kBandAbove))) {
+        _budget = limited(predicted > target * (1.0 + kLargeExcess) ? affordable : marginal);
         _coolDown = kCoolDownFrames;
     } else if (_coolDown > 0) {
         --_coolDown;
-    } else if (predicted < target * (1.0 - band)) {
-        const double most = std::max(kGrowth * _budget, _budget + 1.0);
-        _budget = static_cast<uint32_t>(std::min<double>(affordable(terrainShare), most));
+    } else if (predicted < target * (1.0 - std::max(band, kBandBelow)) && _budget < _settings.largestBudget) {
+        _budget = limited(std::min(marginal, std::max(kGrowth * _budget, _budget + 1.0)));
+        _coolDown = kRiseFrames;
     }
     return _budget;
 }
@@ -49,9 +56,8 @@ void BudgetController::observe(double costMs, double terrainShare, uint32_t tria
     _model.observe(costMs, terrainShare, triangles);
 }
 
-uint32_t BudgetController::affordable(double terrainShare) const noexcept
+uint32_t BudgetController::limited(double triangles) const noexcept
 {
-    const double triangles = _model.affordableTriangles(_settings.targetMs, terrainShare);
     // Not std::clamp: what is not a number becomes the smallest budget.
     if (!(triangles > _settings.smallestBudget)) {
         return _settings.smallestBudget;

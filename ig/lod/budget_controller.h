@@ -3,9 +3,8 @@
 // predicts what the frame will cost (frame_cost_model.h) and
 //   - lowers the budget at once to what fits, when the prediction is above the target's band; after that the
 //     budget does not rise for half a second of frames;
-//   - raises it, by at most a tenth a frame, when the prediction is below the band, to what is predicted to
-//     cost the target;
-//   - leaves it alone within the band, which is as wide as the prediction is uncertain, at least 3 %.
+//   - raises it towards that, by at most a tenth every few frames, when the prediction is below the band;
+//   - leaves it alone within the band: -7 % to +4 %, or wider where the prediction is uncertain.
 // It knows no method of selection and no clock: costs come in, a budget comes out. The same calls give the
 // same budgets.
 #pragma once
@@ -36,7 +35,7 @@ public:
     const FrameCostModel& model() const noexcept { return _model; }
 
 private:
-    uint32_t affordable(double terrainShare) const noexcept;
+    uint32_t limited(double triangles) const noexcept;
 
     BudgetControllerSettings _settings;
     FrameCostModel _model;

@@ -55,6 +55,7 @@ struct DrawList {
     MorphState morph;                  // of the lists
     std::vector<uint32_t> usedPages;   // that the items and their ancestors need: not to be evicted
     std::vector<uint32_t> wantedPages; // not resident, most urgent first; bounded
+    std::vector<uint32_t> aheadPages;  // not resident and not wanted yet, but soon; bounded
     LodStats stats;
 };
 

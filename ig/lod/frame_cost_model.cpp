@@ -15,7 +15,7 @@ constexpr double kTypicalDoubt = 0.5; // standard deviation of each at first and
 // No coefficient falls below this share of what its proportion to the others would be.
 constexpr double kSmallestShare = 0.05;
 // Standard deviation of a coefficient's step from frame to frame, as a share.
-constexpr std::array<double, 3> kStep{0.001, 0.001, 0.01};
+constexpr std::array<double, 3> kStep{0.001, 0.001, 0.02};
 constexpr double kLargestCostMs = 60'000;
 constexpr double kOutlier = 3.0; // times the scatter
 constexpr double kJump = 1.3;

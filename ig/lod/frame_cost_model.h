@@ -6,7 +6,7 @@
 // terrainShare: of the picture, 0 .. 1. Measured with a software rasteriser (two cores, 1280 x 720): what a
 // triangle of the draw list costs varies by a factor of two with the share of them that is in view and faces
 // the eye, over a second or so of flight; the other two hold still. So the fit is a Kalman filter of the
-// three coefficients as random walks, perTriangle walking ten times as far a frame as the others.
+// three coefficients as random walks, perTriangle walking twenty times as far a frame as the others.
 //
 // Against a machine that does other things too: where a frame is off by more than three times the usual
 // scatter, the median of the last five counts in its place, so one slow frame or two move nothing; when that

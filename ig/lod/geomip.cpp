@@ -65,6 +65,7 @@ void GeomipSelector::select(const ViewState& view, std::span<const int32_t> slot
     out.items.clear();
     out.usedPages.clear();
     out.wantedPages.clear();
+    out.aheadPages.clear();
     out.stats = {};
     out.stats.tauPx = _settings.tolerancePx;
     _nodes.clear();

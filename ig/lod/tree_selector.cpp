@@ -16,6 +16,9 @@ namespace ig::lod {
 namespace {
 
 constexpr size_t kWantedCapacity = 64;
+constexpr size_t kAheadCapacity = 16;
+// Pages whose texels have grown to this share of the size at which they are needed are named ahead.
+constexpr double kAheadShare = 0.8;
 // Vertices looked at, and triangles in lists, of which about a third is in view.
 constexpr size_t kExpectedPerTriangle = 3;
 // A vertex is morphed in over at least this many frames, or not at all.
@@ -54,6 +57,7 @@ TreeSelector::TreeSelector(const TerrainShape& shape, std::span<const PageNode> 
     _drawn.reserve(slots);
     _order.reserve(slots);
     _wanted.reserve(8 * kWantedCapacity);
+    _ahead.reserve(kAheadCapacity);
 }
 
 void TreeSelector::setTriangleBudget(uint32_t triangles)
@@ -116,6 +120,8 @@ void TreeSelector::select(const ViewState& view, DrawList& out)
     out.usedPages.reserve(_graph.slots());
     out.wantedPages.clear();
     out.wantedPages.reserve(kWantedCapacity);
+    out.aheadPages.clear();
+    out.aheadPages.reserve(kAheadCapacity);
     out.stats = {};
     if (_graph.root() < 0) {
         out.wantedPages.push_back(0);
@@ -195,6 +201,7 @@ void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& sta
     _visits.clear();
     _open.clear();
     _wanted.clear();
+    _ahead.clear();
     _missingPx = 0;
     stats.tilesMissing = 0;
     const Visibility visibility(view, _shape.ellipsoid, _pages[0].minHeightM);
@@ -252,7 +259,14 @@ void TreeSelector::visitMissing(const Visit& parent, int32_t page, const ViewSta
     const bool lacksVertices = parent.open && reach * errorM + above.vertices.largestRadiusM() > distance;
     const double texelPx = _alpha * above.texelM / std::max(distance, view.frustum.nearM);
     Visibility::PlaneMask planes = parent.planes;
-    if ((!lacksVertices && texelPx <= _settings.texelPx) || !visibility.sees(box, planes)) {
+    const bool needed = lacksVertices || texelPx > _settings.texelPx;
+    if ((!needed && texelPx <= kAheadShare * _settings.texelPx) || !visibility.sees(box, planes)) {
+        return;
+    }
+    if (!needed) {
+        if (_ahead.size() < kAheadCapacity) {
+            _ahead.push_back(static_cast<uint32_t>(page));
+        }
         return;
     }
     ++stats.tilesMissing;
@@ -325,6 +339,7 @@ void TreeSelector::emit(const ViewState& view, DrawList& out)
     for (size_t i = 0; i < std::min(_wanted.size(), kWantedCapacity); ++i) {
         out.wantedPages.push_back(static_cast<uint32_t>(_wanted[i].page));
     }
+    out.aheadPages.assign(_ahead.begin(), _ahead.end());
     out.morph = {static_cast<float>(_reach), static_cast<float>(std::min(_cutM, 1e30))};
     out.stats.triangles = static_cast<uint32_t>(out.indices.size() / 3);
     assert(out.stats.triangles <= _budget);

@@ -122,6 +122,7 @@ private:
     std::vector<int32_t> _visitOf; // by slot: index in _visits, or -1
     std::vector<int32_t> _open, _drawn, _order;
     std::vector<Wanted> _wanted;
+    std::vector<uint32_t> _ahead;
 };
 
 } // namespace ig::lod
