@@ -194,18 +194,24 @@ void encodePage(const PageHeights& heights, const PageContent& content, std::vec
     payload.resize(used);
 }
 
-bool decodePage(std::span<const uint8_t> payload, const PageContent& content, PageHeights& heights)
+// Any payload without its compression has the right bytes if it has the right number of them.
+bool isPage(std::span<const uint8_t> payload, const PageContent& content)
 {
-    assert(heights.post.size() == kPagePostCount);
-    assert(heights.errorCode.size() == kPagePostCount && heights.radiusCode.size() == kPagePostCount);
     Scratch& s = scratch();
     if (!s.decompress)
         s.decompress.reset(ZSTD_createDCtx());
     const size_t bytes = ZSTD_decompressDCtx(s.decompress.get(), s.plain.data(), s.plain.size(),
                                              payload.data(), payload.size());
-    if (ZSTD_isError(bytes) || bytes != plainBytes(content))
+    return !ZSTD_isError(bytes) && bytes == plainBytes(content);
+}
+
+bool decodePage(std::span<const uint8_t> payload, const PageContent& content, PageHeights& heights)
+{
+    assert(heights.post.size() == kPagePostCount);
+    assert(heights.errorCode.size() == kPagePostCount && heights.radiusCode.size() == kPagePostCount);
+    if (!isPage(payload, content))
         return false;
-    const uint8_t* in = s.plain.data();
+    const uint8_t* in = scratch().plain.data();
     const size_t posts = heightCount(content);
     codeHeights(content, heights.post.data(), [&](size_t post, int prediction) {
         heights.post[post] =
