@@ -84,6 +84,9 @@ void PageHeights::reserve()
 struct Dataset::Impl {
     Impl(std::string name, int descriptor) : path(std::move(name)), file(descriptor) {}
     Result<void> readIndex(const EptHeader& header);
+    PageContent contentOf(uint32_t page) const;
+    Unexpected<Error> bad(uint32_t page, const std::string& what) const;
+    Result<std::span<const uint8_t>> readPayload(uint32_t page) const;
 
     std::string path;
     File file;
@@ -253,25 +256,50 @@ void computeFinest(const DatasetInfo& info, const lod::PageNode& page, PageHeigh
 
 } // namespace
 
+PageContent Dataset::Impl::contentOf(uint32_t page) const
+{
+    return {page == 0, pages[page].depth == info.shape.deepestPage, places[page].hasHoles};
+}
+
+Unexpected<Error> Dataset::Impl::bad(uint32_t page, const std::string& what) const
+{
+    return fail(ErrorKind::dataset, path + ": " + pageName(pages[page]) + ": " + what);
+}
+
+// The bytes lie in a buffer of the thread, until its next call.
+Result<std::span<const uint8_t>> Dataset::Impl::readPayload(uint32_t page) const
+{
+    const PagePlace& place = places[page];
+    thread_local std::vector<uint8_t> buffer(kMaxPayloadBytes);
+    const auto payload = std::span(buffer).first(place.bytes);
+    const ssize_t got = file.read(place.offset, payload);
+    if (got < 0)
+        return bad(page, std::string("cannot read: ") + std::strerror(errno));
+    if (got != static_cast<ssize_t>(payload.size()))
+        return bad(page, "the file is cut short");
+    if (checksum(payload) != place.checksum)
+        return bad(page, "damaged (checksum)");
+    return std::span<const uint8_t>(payload);
+}
+
+Result<void> Dataset::checkPage(uint32_t page) const
+{
+    const auto payload = _impl->readPayload(page);
+    if (!payload)
+        return Unexpected{payload.error()};
+    if (!isPage(*payload, _impl->contentOf(page)))
+        return _impl->bad(page, "damaged (content)");
+    return {};
+}
+
 Result<void> Dataset::readPage(uint32_t page, const PageHeights* parent, PageHeights& out) const
 {
     assert(page < _impl->pages.size());
     assert((parent == nullptr) == (page == 0));
     const lod::PageNode& node = _impl->pages[page];
-    const PagePlace& place = _impl->places[page];
-    const auto bad = [&](const std::string& what) {
-        return fail(ErrorKind::dataset, _impl->path + ": " + pageName(node) + ": " + what);
-    };
-    thread_local std::vector<uint8_t> buffer(kMaxPayloadBytes);
-    const auto payload = std::span(buffer).first(place.bytes);
-    const ssize_t got = _impl->file.read(place.offset, payload);
-    if (got < 0)
-        return bad(std::string("cannot read: ") + std::strerror(errno));
-    if (got != static_cast<ssize_t>(payload.size()))
-        return bad("the file is cut short");
-    if (checksum(payload) != place.checksum)
-        return bad("damaged (checksum)");
-
+    const auto payload = _impl->readPayload(page);
+    if (!payload)
+        return Unexpected{payload.error()};
     out.post.resize(kPagePostCount);
     out.errorCode.resize(kPagePostCount);
     out.radiusCode.resize(kPagePostCount);
@@ -279,10 +307,10 @@ Result<void> Dataset::readPage(uint32_t page, const PageHeights* parent, PageHei
         inherit(node, _impl->pages[static_cast<size_t>(_impl->parents[page])], *parent, out);
     else
         out.cornerEnds = {};
-    const bool isDeepest = node.depth == _impl->info.shape.deepestPage;
-    if (!decodePage(payload, {parent == nullptr, isDeepest, place.hasHoles}, out))
-        return bad("damaged (content)");
-    if (isDeepest)
+    const PageContent content = _impl->contentOf(page);
+    if (!decodePage(*payload, content, out))
+        return _impl->bad(page, "damaged (content)");
+    if (content.isDeepest)
         computeFinest(_impl->info, node, out);
     return {};
 }

@@ -68,6 +68,9 @@ public:
     // the page.
     Result<void> readPage(uint32_t page, const PageHeights* parent, PageHeights& out) const;
 
+    // Whether readPage would succeed, whatever state the page's ancestors are in. The same errors.
+    Result<void> checkPage(uint32_t page) const;
+
 private:
     struct Impl;
     explicit Dataset(std::unique_ptr<Impl> impl);

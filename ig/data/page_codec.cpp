@@ -7,6 +7,7 @@
 #include <array>
 #include <cassert>
 #include <memory>
+#include <utility>
 
 namespace ig::data {
 
@@ -17,7 +18,20 @@ constexpr int kLast = kSide - 1;
 constexpr size_t kHoleBytes = kPageCellCount / 8;
 constexpr size_t kMostPlainBytes = 4 * kPagePostCount + kHoleBytes;
 constexpr size_t kEvenPosts = size_t{kSide / 2 + 1} * (kSide / 2 + 1);
-constexpr int kZstdLevel = 9;
+
+// How zstd searches. Residuals are noise with few values: short matches cost more than they save, long runs
+// pay. On elevation rasters of the Moon, the Highlands and the Andes, these come out 1 to 9 % smaller than
+// the library's level 9, and faster.
+constexpr std::array<std::pair<ZSTD_cParameter, int>, 8> kZstdParameters{{
+    {ZSTD_c_windowLog, 15},
+    {ZSTD_c_hashLog, 15},
+    {ZSTD_c_chainLog, 15},
+    {ZSTD_c_searchLog, 1},
+    {ZSTD_c_minMatch, 6},
+    {ZSTD_c_targetLength, 64},
+    {ZSTD_c_strategy, ZSTD_btopt},
+    {ZSTD_c_contentSizeFlag, 0},
+}};
 
 struct FreeContext {
     void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
@@ -83,22 +97,50 @@ int predictEven(const int16_t* post, int column, int row)
     return left + up - corner;
 }
 
-// Mean of the four diagonal neighbours.
-int predictCentre(const int16_t* post, int column, int row)
+// Centres and edges are interpolated from the posts around them that are known by then, a lattice at 45
+// degrees to theirs: the four nearest weigh 10/32, the eight behind them -1/32. That is exact for cubic
+// ground.
+int interpolated(int near, int far)
 {
-    const int16_t* here = post + at(column, row);
-    return (here[-kSide - 1] + here[-kSide + 1] + here[kSide - 1] + here[kSide + 1] + 2) >> 2;
+    return (10 * near - far + 16) >> 5;
 }
 
-// Mean of the neighbours in the row and the column; on the border of the page, of the two along it.
+int predictCentre(const int16_t* post, int column, int row)
+{
+    const auto sum = [&](int west, int east, int north, int south) {
+        return post[at(west, north)] + post[at(east, north)] + post[at(west, south)] + post[at(east, south)];
+    };
+    // Behind the border its own posts count again.
+    const int farWest = std::max(column - 3, 0), farEast = std::min(column + 3, kLast);
+    const int farNorth = std::max(row - 3, 0), farSouth = std::min(row + 3, kLast);
+    const int near = sum(column - 1, column + 1, row - 1, row + 1);
+    const int far = sum(farWest, farEast, row - 1, row + 1) + sum(column - 1, column + 1, farNorth, farSouth);
+    return interpolated(near, far);
+}
+
+// On the border of a page, from the posts along it: exact for cubic ground, too. One behind its end continues
+// the straight line through the last two.
+int predictBorder(const int16_t* here, int along, int step)
+{
+    const int before = here[-step];
+    const int behind = here[step];
+    const int farBefore = along >= 3 ? here[-3 * step] : 2 * before - behind;
+    const int farBehind = along + 3 <= kLast ? here[3 * step] : 2 * behind - before;
+    return (9 * (before + behind) - farBefore - farBehind + 8) >> 4;
+}
+
 int predictEdge(const int16_t* post, int column, int row)
 {
     const int16_t* here = post + at(column, row);
     if (row == 0 || row == kLast)
-        return (here[-1] + here[1] + 1) >> 1;
+        return predictBorder(here, column, 1);
     if (column == 0 || column == kLast)
-        return (here[-kSide] + here[kSide] + 1) >> 1;
-    return (here[-1] + here[1] + here[-kSide] + here[kSide] + 2) >> 2;
+        return predictBorder(here, row, kSide);
+    const int near = here[-1] + here[1] + here[-kSide] + here[kSide];
+    if (row == 1 || row == kLast - 1 || column == 1 || column == kLast - 1)
+        return (near + 2) >> 2;
+    const auto pair = [&](int offset) { return here[-offset] + here[offset]; };
+    return interpolated(near, pair(2 * kSide - 1) + pair(2 * kSide + 1) + pair(kSide - 2) + pair(kSide + 2));
 }
 
 // Residuals wrap at 16 bits; small ones of either sign become small numbers.
@@ -161,8 +203,11 @@ void encodePage(const PageHeights& heights, const PageContent& content, std::vec
     assert(heights.errorCode.size() == kPagePostCount && heights.radiusCode.size() == kPagePostCount);
     assert(heights.hole.size() == (content.hasHoles ? kPageCellCount : 0));
     Scratch& s = scratch();
-    if (!s.compress)
+    if (!s.compress) {
         s.compress.reset(ZSTD_createCCtx());
+        for (const auto& [parameter, value] : kZstdParameters)
+            ZSTD_CCtx_setParameter(s.compress.get(), parameter, value);
+    }
     uint8_t* out = s.plain.data();
     const size_t posts = heightCount(content);
     codeHeights(content, heights.post.data(), [&](size_t post, int prediction) {
@@ -188,24 +233,30 @@ void encodePage(const PageHeights& heights, const PageContent& content, std::vec
     }
     const size_t bytes = plainBytes(content);
     payload.resize(ZSTD_compressBound(bytes));
-    const size_t used = ZSTD_compressCCtx(s.compress.get(), payload.data(), payload.size(), s.plain.data(),
-                                          bytes, kZstdLevel);
+    const size_t used =
+        ZSTD_compress2(s.compress.get(), payload.data(), payload.size(), s.plain.data(), bytes);
     assert(!ZSTD_isError(used) && used <= kMaxPayloadBytes);
     payload.resize(used);
+}
+
+// Any payload without its compression has the right bytes if it has the right number of them.
+bool isPage(std::span<const uint8_t> payload, const PageContent& content)
+{
+    Scratch& s = scratch();
+    if (!s.decompress)
+        s.decompress.reset(ZSTD_createDCtx());
+    const size_t bytes = ZSTD_decompressDCtx(s.decompress.get(), s.plain.data(), s.plain.size(),
+                                             payload.data(), payload.size());
+    return !ZSTD_isError(bytes) && bytes == plainBytes(content);
 }
 
 bool decodePage(std::span<const uint8_t> payload, const PageContent& content, PageHeights& heights)
 {
     assert(heights.post.size() == kPagePostCount);
     assert(heights.errorCode.size() == kPagePostCount && heights.radiusCode.size() == kPagePostCount);
-    Scratch& s = scratch();
-    if (!s.decompress)
-        s.decompress.reset(ZSTD_createDCtx());
-    const size_t bytes = ZSTD_decompressDCtx(s.decompress.get(), s.plain.data(), s.plain.size(),
-                                             payload.data(), payload.size());
-    if (ZSTD_isError(bytes) || bytes != plainBytes(content))
+    if (!isPage(payload, content))
         return false;
-    const uint8_t* in = s.plain.data();
+    const uint8_t* in = scratch().plain.data();
     const size_t posts = heightCount(content);
     codeHeights(content, heights.post.data(), [&](size_t post, int prediction) {
         heights.post[post] =

@@ -33,4 +33,7 @@ void encodePage(const PageHeights& heights, const PageContent& content, std::vec
 // (but hole). False if the payload is no such page. Thread-safe for different outputs.
 bool decodePage(std::span<const uint8_t> payload, const PageContent& content, PageHeights& heights);
 
+// Whether decodePage would succeed.
+bool isPage(std::span<const uint8_t> payload, const PageContent& content);
+
 } // namespace ig::data

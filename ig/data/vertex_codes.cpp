@@ -42,13 +42,6 @@ CodeScale::CodeScale() noexcept
 
 PagePlaces::PagePlaces() : x(static_cast<size_t>(kSide * kSide)), y(x.size()), z(x.size()) {}
 
-void PagePlaces::set(size_t post, const glm::dvec3& place) noexcept
-{
-    x[post] = place.x;
-    y[post] = place.y;
-    z[post] = place.z;
-}
-
 // An edge vertex' triangles hold no other post than itself and their corners, a centre's nothing but itself
 // and the middles of its square's sides. Where padding cuts triangles off, posts that coincide with a corner
 // have no error: a vertex whose edge ends in padding, and all whose triangles have no area.
@@ -76,14 +69,16 @@ void measureFinest(const PagePlaces& places, int64_t lastColumn, int64_t lastRow
     for (int64_t j = 1; j < kSide; j += 2)
         for (int64_t i = 1; i < kSide; i += 2) {
             double errorM = 0;
-            if (i <= lastColumn && j <= lastRow) {
-                errorM = std::max({acrossM(i, j - 1), acrossM(i, j + 1), downM(i - 1, j), downM(i + 1, j)});
+            if (i + 1 <= lastColumn && j + 1 <= lastRow) {
                 // The diagonal ends in the corner that has odd multiples of two for coordinates.
                 const int64_t column = (i - 1) / 2 % 2 != 0 ? i - 1 : i + 1;
                 const int64_t row = (j - 1) / 2 % 2 != 0 ? j - 1 : j + 1;
-                if (i + 1 <= lastColumn && j + 1 <= lastRow)
-                    errorM = std::max(errorM, offMiddleM(places, at(i, j), at(column, row),
-                                                         at(2 * i - column, 2 * j - row)));
+                errorM =
+                    std::max({offMiddleM(places, at(i, j), at(column, row), at(2 * i - column, 2 * j - row)),
+                              ownErrorM[at(i, j - 1)], ownErrorM[at(i + 1, j)], ownErrorM[at(i, j + 1)],
+                              ownErrorM[at(i - 1, j)]});
+            } else if (i <= lastColumn && j <= lastRow) {
+                errorM = std::max({acrossM(i, j - 1), acrossM(i, j + 1), downM(i - 1, j), downM(i + 1, j)});
             }
             const size_t post = at(i, j);
             uint8_t code = kCodeScale.up(errorM);

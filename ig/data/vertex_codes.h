@@ -65,7 +65,12 @@ struct PagePlaces {
 
     PagePlaces();
     glm::dvec3 at(size_t post) const noexcept { return {x[post], y[post], z[post]}; }
-    void set(size_t post, const glm::dvec3& place) noexcept;
+    void set(size_t post, const glm::dvec3& place) noexcept
+    {
+        x[post] = place.x;
+        y[post] = place.y;
+        z[post] = place.z;
+    }
 };
 
 // The finest vertices of a page of the deepest depth: those at posts with an odd column or row. ownErrorM

@@ -318,18 +318,17 @@ Result<void> Compiler::verify(const std::string& path) const
     const Result<data::Dataset> dataset = data::Dataset::open(path);
     if (!dataset)
         return Unexpected{dataset.error()};
-    std::vector<data::PageReader> readers(workerCount(), data::PageReader(*dataset));
     std::mutex mutex;
     Result<void> outcome;
     for (size_t first = 0; first < _pages.size() && outcome; first += kBatchPages) {
         if (_monitor.isCancelled())
             return interrupted();
-        parallelFor(std::min(kBatchPages, _pages.size() - first), [&](size_t i, unsigned worker) {
-            const auto read = readers[worker].read(static_cast<uint32_t>(first + i));
-            if (read)
+        parallelFor(std::min(kBatchPages, _pages.size() - first), [&](size_t i, unsigned) {
+            Result<void> sound = dataset->checkPage(static_cast<uint32_t>(first + i));
+            if (sound)
                 return;
             const std::lock_guard lock(mutex);
-            outcome = Unexpected{read.error()};
+            outcome = std::move(sound);
         });
         _monitor.report("verifying", static_cast<double>(first) / static_cast<double>(_pages.size()));
     }

@@ -98,11 +98,10 @@ std::vector<BadPage> badPages(const data::Dataset& dataset)
 {
     const auto count = static_cast<uint32_t>(dataset.pages().size());
     std::vector<std::vector<BadPage>> found(workerCount());
-    std::vector<data::PageReader> readers(workerCount(), data::PageReader(dataset));
     parallelFor(count, [&](size_t page, unsigned worker) {
         const auto number = static_cast<uint32_t>(page);
-        if (const auto read = readers[worker].read(number); !read)
-            found[worker].push_back({number, read.error().message});
+        if (const Result<void> sound = dataset.checkPage(number); !sound)
+            found[worker].push_back({number, sound.error().message});
     });
     std::vector<BadPage> all;
     for (const std::vector<BadPage>& some : found)
