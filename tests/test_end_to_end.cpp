@@ -232,6 +232,8 @@ TEST_CASE("the benchmark of whole frames draws the same pixels as its static yar
     CHECK(report["static"]["frames_with_other_pixels"] == 0);
     CHECK(report["frames_over_budget"] == 0);
     CHECK(report["pace"]["frames"].get<int>() > 0);
+    CHECK(report["pace_held"]["budget"]["max"].get<double>() <= 8000);
+    CHECK(report["steadiness_held"]["triangles"]["max"].get<double>() <= 8000);
     CHECK(report["size"]["ratio_p50"].get<double>() > 0);
     CHECK(report["machine"]["one_thread_p99_over_mean"].get<double>() >= 1);
 }
