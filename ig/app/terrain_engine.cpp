@@ -105,8 +105,10 @@ void TerrainEngine::loadAhead(FrameStats& stats)
     constexpr float kNearSplitting = 0.25F; // share of the tolerance that the budget allows
     float largestPx = kNearSplitting * _list.stats.tauPx;
     int32_t ahead = lod::kNoPage;
+    // Not at the cost of pages that were used a moment ago.
+    const bool roomy = _list.usedPages.size() + _list.aheadPages.size() < _settings.pageSlots;
     for (const uint32_t page : _list.aheadPages) {
-        if (_slots.slotOfPage()[page] < 0 && !_damaged[page]) {
+        if (roomy && _slots.slotOfPage()[page] < 0 && !_damaged[page]) {
             ahead = static_cast<int32_t>(page);
             break;
         }

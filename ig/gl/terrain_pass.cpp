@@ -143,14 +143,19 @@ void TerrainPass::drawLists(const PageStore& store, const lod::DrawList& list,
         return;
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, _streamed.name());
     streamIndices(list.indices);
-    if (_morph >= 0) {
-        // A reach of 0 shows nothing but what is nearer than the vertex's ball; 1 / 0 would make NaN of it.
-        const float perReach = list.morph.reach > 0.0F ? std::min(1.0F / list.morph.reach, 1e30F) : 1e30F;
-        glUniform2f(_morph, perReach, list.morph.cutM);
-    }
+    setMorph(list.morph);
     for (const lod::PageList& pageList : list.lists)
         add(store, slotOf(pageList.page, slotOfPage), 0, {pageList.first, pageList.count});
     flush();
+}
+
+void TerrainPass::setMorph(const lod::MorphState& morph) const
+{
+    if (_morph >= 0) {
+        // A reach of 0 shows nothing but what is nearer than the vertex's ball; 1 / 0 would make NaN of it.
+        const float perReach = morph.reach > 0.0F ? std::min(1.0F / morph.reach, 1e30F) : 1e30F;
+        glUniform2f(_morph, perReach, morph.cutM);
+    }
 }
 
 // A new store for each frame, so that the driver need not wait for the last frame's draws.

@@ -29,6 +29,9 @@ public:
     // GL calls for all of them with base-vertex draws; without, two and one per attribute for each.
     void draw(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage);
 
+    // The weights of page lists' vertices, for those who draw lists of their own after begin().
+    void setMorph(const lod::MorphState& morph) const;
+
     // Range of an item in the index buffer's copy, for those who make lists of their own.
     const TileIndices& tiles() const noexcept { return _tiles; }
     uint64_t gpuBytes() const noexcept { return _tiles.indices().size_bytes() + _streamBytes; }

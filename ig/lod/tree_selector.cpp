@@ -225,7 +225,7 @@ void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& sta
                 continue;
             }
             if (slot.child[q] < 0) {
-                visitMissing(parent, page, view, reach, visibility, stats);
+                visitMissing(parent, q, view, reach, visibility, stats);
                 continue;
             }
             const PageGraph::Slot& child = _graph[slot.child[q]];
@@ -246,11 +246,12 @@ void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& sta
 }
 
 // A page that is not resident: what its absence costs, and whether it should be loaded.
-void TreeSelector::visitMissing(const Visit& parent, int32_t page, const ViewState& view, double reach,
+void TreeSelector::visitMissing(const Visit& parent, size_t quadrant, const ViewState& view, double reach,
                                 const Visibility& visibility, LodStats& stats)
 {
-    const PageNode& node = _pages[static_cast<size_t>(page)];
     const PageGraph::Slot& above = _graph[parent.slot];
+    const int32_t page = _pages[static_cast<size_t>(above.page)].child[quadrant];
+    const PageNode& node = _pages[static_cast<size_t>(page)];
     TileBox box = tileBox(_shape, {node.depth, node.x, node.y}, node.minHeightM, node.maxHeightM);
     box.half += above.vertices.largestRadiusM();
     const double distance = distanceM(box, view.eye);
@@ -272,13 +273,39 @@ void TreeSelector::visitMissing(const Visit& parent, int32_t page, const ViewSta
     ++stats.tilesMissing;
     double urgency = texelPx / _settings.texelPx;
     if (lacksVertices) {
-        const double px = _alpha * errorM / std::max(distance, view.frustum.nearM);
+        const double px = missingPx(parent, quadrant, view);
         _missingPx = std::max(_missingPx, px);
         urgency = std::max(urgency, px * reach / _alpha);
     }
     if (_wanted.size() < _wanted.capacity()) {
         _wanted.push_back({urgency, page});
     }
+}
+
+// Largest projected error of the vertices that a missing page would introduce: less than that of their
+// parents, the edge vertices of the page above.
+double TreeSelector::missingPx(const Visit& parent, size_t quadrant, const ViewState& view) const
+{
+    const BintreePage& page = _graph[parent.slot].vertices;
+    constexpr uint32_t kHalf = kPageIntervals / 2;
+    const uint32_t west = quadrant % 2 * kHalf;
+    const uint32_t north = static_cast<uint32_t>(quadrant / 2) * kHalf;
+    double worst = 0;
+    for (uint32_t row = north; row <= north + kHalf; ++row) {
+        for (uint32_t col = west + (row + 1) % 2; col <= west + kHalf; col += 2) {
+            const uint32_t post = row * kPagePosts + col;
+            const double radiusM = decodeM(page.radiusCode(post));
+            const glm::dvec3 ray = page.position(post) - view.eye.m;
+            const bool outside = std::any_of(_planes.begin(), _planes.end(), [&](const glm::dvec4& plane) {
+                return glm::dot(glm::dvec3(plane), ray) + plane.w < -radiusM;
+            });
+            if (!outside) {
+                const double distance = std::max(glm::length(ray) - radiusM, view.frustum.nearM);
+                worst = std::max(worst, _alpha * decodeM(page.errorCode(post)) / distance);
+            }
+        }
+    }
+    return (1.0 - kMorphBand) * worst;
 }
 
 // A page is drawn when its texels or its vertices are needed, and its parent is drawn.

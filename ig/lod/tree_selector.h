@@ -43,7 +43,7 @@ struct TreeSettings {
         24'000;               // never exceeded, the largest that can be set; at least kSmallestTreeBudget
     float tolerancePx = 1.0F; // tau does not fall below it; >= 0
     // Triangles are drawn with the texture of a finer page where a texel of theirs is wider than this.
-    float texelPx = 2.0F;
+    float texelPx = 3.0F;
     bool cullVertices = false; // bintree; else hybrid
     bool liveRanges = true;    // off: everything is evaluated in each frame, with the same result
 };
@@ -92,8 +92,9 @@ private:
     uint32_t refine(const ViewState& view, double reach, double turnRad, bool everything, LodStats& stats);
     double cutFor(const ViewState& view, double reach) const noexcept;
     void visitPages(const ViewState& view, double reach, LodStats& stats);
-    void visitMissing(const Visit& parent, int32_t page, const ViewState& view, double reach,
+    void visitMissing(const Visit& parent, size_t quadrant, const ViewState& view, double reach,
                       const Visibility& visibility, LodStats& stats);
+    double missingPx(const Visit& parent, size_t quadrant, const ViewState& view) const;
     void choosePages();
     uint32_t trianglesInView(const ViewState& view);
     void emit(const ViewState& view, DrawList& out);

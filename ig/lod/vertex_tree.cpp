@@ -17,7 +17,7 @@ namespace {
 // What one tick pays for: about an eighth of a frame at 250 m/s and 60 Hz, so that both slow and fast flight
 // use the ring well. kappa's share is of its value when the tree was started.
 constexpr double kMetresPerTick = 0.5;
-constexpr double kReachSharePerTick = 6e-5;
+constexpr double kReachSharePerTick = 4e-5;
 constexpr double kRadPerTick = 1.3e-4;
 // Rounding of positions and distances, generously.
 constexpr double kRoundingM = 1e-4;

@@ -33,7 +33,7 @@ using namespace ig;
 using Json = nlohmann::ordered_json;
 
 struct Options {
-    std::string terrain, small;
+    std::string terrain, small, method = "hybrid";
     uint32_t budget = 24'000;
     int width = 1280, height = 720;
     int frames = 600;
@@ -130,6 +130,7 @@ gl::RendererSettings rendererSettings(const Options& options)
     settings.widthPx = options.width;
     settings.heightPx = options.height;
     settings.visibilityM = 60'000;
+    settings.morph = app::rendererMorph(*lod::methodOf(options.method));
     return settings;
 }
 
@@ -152,6 +153,7 @@ Result<std::unique_ptr<Runner>> makeRunner(const std::string& path, const Option
     runner->renderer = std::move(*renderer);
     runner->holdCpuTime = options.holdCpuTime;
     app::TerrainSettings settings;
+    settings.selection.method = *lod::methodOf(options.method);
     settings.selection.triangleBudget = options.budget;
     settings.shading.sunElevationRad = 35 * kRadPerDeg;
     settings.shading.sunAzimuthRad = 315 * kRadPerDeg;
@@ -194,16 +196,17 @@ Json measureStatic(Runner& runner, const Options& options, const gl::Context& co
         data::ShadingSettings shading;
         shading.sunElevationRad = 35 * kRadPerDeg;
         shading.sunAzimuthRad = 315 * kRadPerDeg;
-        for (const lod::DrawItem& item : runner.engine->drawList().items) {
-            const int32_t slot = runner.engine->slotOfPage()[item.page];
-            if (uploaded[static_cast<size_t>(slot)] == static_cast<int32_t>(item.page)) {
+        for (const uint32_t page : runner.engine->drawList().usedPages) {
+            const int32_t slot = runner.engine->slotOfPage()[page];
+            if (uploaded[static_cast<size_t>(slot)] == static_cast<int32_t>(page)) {
                 continue;
             }
-            if (const auto heights = reader.read(item.page)) {
-                data::buildPageMesh(runner.ground->info(), runner.ground->pages()[item.page], **heights,
-                                    shading, pageMesh);
+            if (const auto heights = reader.read(page)) {
+                const lod::PageNode& node = runner.ground->pages()[page];
+                data::buildPageMesh(runner.ground->info(), node, **heights, shading, pageMesh);
+                data::addMorph(runner.ground->info(), node, **heights, pageMesh);
                 mesh->upload(static_cast<uint32_t>(slot), pageMesh);
-                uploaded[static_cast<size_t>(slot)] = static_cast<int32_t>(item.page);
+                uploaded[static_cast<size_t>(slot)] = static_cast<int32_t>(page);
             }
         }
         mesh->setTriangles(runner.engine->drawList(), runner.engine->slotOfPage());
@@ -455,6 +458,7 @@ Result<Json> run(const Options& options)
     }
     Json report{{"renderer", context->info().renderer},
                 {"gl", context->info().version},
+                {"method", options.method},
                 {"budget", options.budget},
                 {"width", options.width},
                 {"height", options.height}};
@@ -486,6 +490,8 @@ int main(int argc, char** argv)
     Options options;
     CLI::App app{"Benchmarks of whole frames; prints one JSON object."};
     app.add_option("--terrain", options.terrain, "dataset to fly over")->required();
+    app.add_option("--method", options.method, "of the level of detail")
+        ->check(CLI::IsMember({"hybrid", "bintree", "geomip"}));
     app.add_option("--small", options.small, "smaller dataset to compare with");
     app.add_option("--budget", options.budget, "triangles per frame")->check(CLI::Range(512, 1'000'000));
     app.add_option("--width", options.width, "pixels")->check(CLI::Range(1, 16'384));

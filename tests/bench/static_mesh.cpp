@@ -52,6 +52,12 @@ void StaticMesh::setTriangles(const ig::lod::DrawList& list, std::span<const int
         for (const uint16_t index : tiles.indices().subspan(range.first, range.count))
             _scratch.push_back(base + index);
     }
+    for (const ig::lod::PageList& pageList : list.lists) {
+        const uint32_t base = static_cast<uint32_t>(slotOfPage[pageList.page]) * kPageVertices;
+        for (const uint16_t index : std::span(list.indices).subspan(pageList.first, pageList.count))
+            _scratch.push_back(base + index);
+    }
+    _morph = list.morph;
     _count = static_cast<GLsizei>(_scratch.size());
     glBindVertexArray(_vertexArray.name());
     glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(_scratch.size() * sizeof(uint32_t)),
@@ -63,6 +69,7 @@ void StaticMesh::draw(const ig::ViewState& view)
 {
     _target.begin();
     _terrain.begin(view);
+    _terrain.setMorph(_morph);
     _store.bindArray(0);
     glBindVertexArray(_vertexArray.name());
     glDrawElements(GL_TRIANGLES, _count, GL_UNSIGNED_INT, nullptr);

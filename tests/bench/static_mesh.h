@@ -38,6 +38,7 @@ private:
     ig::gl::VertexArray _vertexArray;
     ig::gl::Buffer _indices;
     GLsizei _count = 0;
+    ig::lod::MorphState _morph;
     std::vector<uint32_t> _scratch;
 };
 
