@@ -92,6 +92,20 @@ double meanDifference(const ig::out::Picture& a, const ig::out::Picture& b)
     return sum / static_cast<double>(a.rgba.size());
 }
 
+// Waits until the directory has so many files; false after timeoutS.
+bool waitForFiles(const std::string& directory, long count, double timeoutS)
+{
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeoutS);
+    while (std::chrono::steady_clock::now() < deadline) {
+        std::error_code none;
+        if (std::distance(std::filesystem::directory_iterator(directory, none), {}) >= count) {
+            return true;
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+}
+
 std::string frameName(const test::TempDir& dir, int number)
 {
     std::array<char, 32> name{};
@@ -151,6 +165,62 @@ TEST_CASE("a host flies the image generator over UDP and gets pictures, answers 
     CHECK(sky.blue - sky.red > land.blue - land.red + 20);
     CHECK(land.red + land.green + land.blue > 60);
     CHECK(meanDifference(*late, *before) > 2.0);
+}
+
+TEST_CASE("frames come out of the ring while the image generator flies, and its end is told from its death")
+{
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    const std::string ring = "eyepoint-e2e-" + std::to_string(getpid());
+    const std::vector<std::string> arguments{"--terrain", terrain,          "--sink", "shm:" + ring,
+                                             "--set",     "view.width=160", "--set",  "view.height=90",
+                                             "--set",     "view.rate_hz=30"};
+    const auto follow = [&](const std::string& frames, const std::string& out) {
+        return std::vector<std::string>{"eyepoint-frames", ring,   "--wait", "20",
+                                        "--frames",        frames, "--to",   "png:" + dir.file(out)};
+    };
+    {
+        Generator ig(dir, arguments);
+        REQUIRE_FALSE(ig.address.empty());
+        Process taker(follow("10", "taken"), dir.file("taken.json"), dir.file("taken.err"));
+        const int code = taker.wait(60);
+        INFO(readFile(dir.file("taken.err")));
+        REQUIRE(code == 0);
+        const auto report = nlohmann::json::parse(readFile(dir.file("taken.json")));
+        CHECK(report["frames"] == 10);
+        CHECK(std::distance(std::filesystem::directory_iterator(dir.file("taken")), {}) +
+                  report["sink_dropped"].get<long>() ==
+              10);
+
+        Process second(
+            {"eyepoint-ig", "--listen", "127.0.0.1:0", "--terrain", terrain, "--sink", "shm:" + ring},
+            dir.file("second.out"), dir.file("second.err"));
+        CHECK(second.wait(60) == 2);
+        CHECK_THAT(readFile(dir.file("second.err")), Catch::Contains("another image generator (process "));
+
+        Process watcher(follow("100000", "watched"), dir.file("watched.json"), dir.file("watched.err"));
+        REQUIRE(waitForFiles(dir.file("watched"), 5, 30));
+        ig.process.signal(SIGTERM);
+        CHECK(ig.process.wait(30) == 0);
+        CHECK(watcher.wait(30) == 0);
+        CHECK_THAT(readFile(dir.file("watched.json")), Catch::Contains("closed the ring"));
+    }
+    // Killed: its ring is left behind, and the next one takes the name over.
+    Process victim({"eyepoint-ig", "--listen", "127.0.0.1:0", "--terrain", terrain, "--sink", "shm:" + ring},
+                   dir.file("victim.out"), dir.file("victim.err"));
+    Process mourner(follow("100000", "mourned"), dir.file("mourned.json"), dir.file("mourned.err"));
+    REQUIRE(test::waitForText(dir.file("victim.err"), "listening on ", 60));
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    victim.signal(SIGKILL);
+    CHECK(mourner.wait(30) == 0);
+    CHECK_THAT(readFile(dir.file("mourned.json")), Catch::Contains("died"));
+    Generator heir(dir, arguments);
+    REQUIRE_FALSE(heir.address.empty());
+    Process last(follow("3", "inherited"), dir.file("last.json"), dir.file("last.err"));
+    CHECK(last.wait(60) == 0);
+    heir.process.signal(SIGINT);
+    CHECK(heir.process.wait(30) == 0);
+    CHECK_FALSE(std::filesystem::exists("/dev/shm/" + ring));
 }
 
 TEST_CASE("the image generator draws without a host, and stops by itself after --frames")

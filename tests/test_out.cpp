@@ -280,7 +280,7 @@ TEST_CASE("frame rates are written as the fraction that was meant")
 
 TEST_CASE("descriptions that name no sink are usage errors that say what there is")
 {
-    for (const char* bad : {"", "jpeg:x", "png", "y4m", "PNG:x", "nullx", ":", "null:", "shm:name"}) {
+    for (const char* bad : {"", "jpeg:x", "png", "y4m", "PNG:x", "nullx", ":", "null:", "SHM:x"}) {
         CAPTURE(bad);
         const ig::Error error = errorOf(bad);
         CHECK(error.kind == ig::ErrorKind::usage);
@@ -288,6 +288,7 @@ TEST_CASE("descriptions that name no sink are usage errors that say what there i
     }
     CHECK_THAT(errorOf("png:").message, Contains("directory"));
     CHECK_THAT(errorOf("y4m:").message, Contains("file"));
+    CHECK_THAT(errorOf("shm:").message, Contains("name"));
     CHECK_THAT(errorOf("png:x", {0, 4, 60}).message, Contains("0 x 4"));
     const Folder folder;
     CHECK_THAT(errorOf("y4m:" + folder.file("v"), {4, 4, std::nan("")}).message, Contains("rate"));

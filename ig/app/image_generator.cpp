@@ -44,6 +44,17 @@ gl::RendererSettings rendererSettings(const config::Settings& settings, const da
     return out;
 }
 
+out::SinkFormat sinkFormat(const config::Settings& settings)
+{
+    out::SinkFormat out;
+    out.widthPx = static_cast<int>(settings.view.width);
+    out.heightPx = static_cast<int>(settings.view.height);
+    out.rateHz = settings.view.rateHz;
+    out.ringSlots = static_cast<int>(settings.output.ringSlots);
+    out.clockNs = steadyNs;
+    return out;
+}
+
 // Above the summits; from much higher up haze would hide all of a large terrain.
 constexpr double kIdleHeightM = 3000;
 
@@ -86,9 +97,7 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
     }
     std::vector<NamedSink> sinks;
     for (const std::string& name : settings.output.sinks) {
-        const out::SinkFormat format{static_cast<int>(settings.view.width),
-                                     static_cast<int>(settings.view.height), settings.view.rateHz};
-        auto sink = out::makeSink(name, format);
+        auto sink = out::makeSink(name, sinkFormat(settings));
         if (!sink) {
             return Unexpected{sink.error()};
         }

@@ -167,7 +167,7 @@ int main(int argc, char** argv)
     app.add_option("--listen", arguments.listen, "ADDRESS:PORT to receive host packets on (host.listen)");
     app.add_option("--frames", arguments.frames, "stop after this many frames")->check(CLI::PositiveNumber);
     app.add_option("--sink", arguments.sinks,
-                   "png:DIR, y4m:FILE, y4m:- or null; may be repeated (output.sinks)");
+                   "png:DIR, y4m:FILE, y4m:-, shm:NAME or null; may be repeated (output.sinks)");
     app.add_option("--stats", arguments.stats,
                    "write statistics as JSON to this file at the end (output.stats)");
     app.add_option("--set", arguments.assignments, "section.key=value, over the file; may be repeated");

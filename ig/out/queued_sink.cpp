@@ -70,6 +70,12 @@ Result<void> QueuedSink::write(const Frame& frame)
     return {};
 }
 
+SinkStats QueuedSink::stats() const
+{
+    const std::lock_guard lock(_mutex);
+    return _stats;
+}
+
 Result<SinkStats> QueuedSink::close()
 {
     stop();

@@ -24,6 +24,7 @@ public:
 
     // Errors: what the writer failed with, once it did; (usage) a frame that is not of the format's size.
     Result<void> write(const Frame& frame) override;
+    SinkStats stats() const override;
     Result<SinkStats> close() override;
 
 private:
@@ -39,7 +40,7 @@ private:
     const SinkFormat _format;
     std::vector<Slot> _ring;
 
-    std::mutex _mutex; // held for a few instructions only: guards what follows
+    mutable std::mutex _mutex; // held for a few instructions only: guards what follows
     std::condition_variable _changed;
     size_t _first = 0; // oldest frame in the ring; the writer may be reading it
     size_t _count = 0;
