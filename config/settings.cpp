@@ -95,7 +95,7 @@ Key choice(const char* name, std::vector<std::string> words, Access access)
 
 Key sinkList()
 {
-    return {"output.sinks", "a list of \"png:DIR\", \"y4m:FILE\", \"y4m:-\", \"shm:NAME\" or \"null\"",
+    return {"output.sinks", "a list of \"png:DIR\", \"y4m:FILE\", \"raw:FILE\", \"shm:NAME\" or \"null\"",
             [](const toml::node& node, Settings& settings) {
                 const auto* list = node.as_array();
                 if (list == nullptr) {
@@ -175,6 +175,9 @@ const std::vector<Key>& allKeys()
         k.push_back(text(
             "output.stats", "a string, path of a JSON file, empty for none",
             [](auto& s) -> auto& { return s.output.stats; }));
+        k.push_back(text(
+            "output.receipts", "a string, path of a JSON lines file, empty for none",
+            [](auto& s) -> auto& { return s.output.receipts; }));
         k.push_back(integer(
             "output.ring_slots", 2, 64, "frames in a shm:NAME",
             [](auto& s) -> auto& { return s.output.ringSlots; }));

@@ -46,6 +46,7 @@ struct Settings {
     struct {
         std::vector<std::string> sinks;
         std::string stats;
+        std::string receipts;
         int64_t ringSlots = 4;
     } output;
     struct {

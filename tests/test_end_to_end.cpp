@@ -122,7 +122,7 @@ TEST_CASE("a host flies the image generator over UDP and gets pictures, answers 
     Generator ig(dir, {"--terrain", terrain, "--sink", "png:" + dir.file("frames"), "--sink",
                        "y4m:" + dir.file("flight.y4m"), "--stats", dir.file("ig.json"), "--set",
                        "view.width=320", "--set", "view.height=180", "--set", "view.rate_hz=20", "--set",
-                       "terrain.triangle_budget=6000"});
+                       "terrain.triangle_budget=6000", "--receipts", dir.file("receipts.jsonl")});
     INFO(readFile(ig.errFile));
     REQUIRE_FALSE(ig.address.empty());
     Process host({"eyepoint-host", "--target", ig.address, "--orbit", "57.02,-5.1,700,2500", "--rate", "20",
@@ -151,6 +151,33 @@ TEST_CASE("a host flies the image generator over UDP and gets pictures, answers 
     CHECK(video.starts_with("YUV4MPEG2 W320 H180 F20:1"));
     const auto written = stats["sinks"][1]["written"].get<size_t>();
     CHECK(video.size() > written * (320 * 180 * 3 / 2));
+
+    // A receipt per frame, from which every delay follows.
+    std::istringstream receipts(readFile(dir.file("receipts.jsonl")));
+    int counted = 0;
+    int withHost = 0;
+    int64_t lastStartNs = 0;
+    for (std::string line; std::getline(receipts, line); ++counted) {
+        const auto receipt = nlohmann::json::parse(line);
+        CHECK(receipt["frame"] == counted);
+        const auto at = [&](const char* key) { return receipt[key].get<int64_t>(); };
+        CHECK(at("start_ns") > lastStartNs);
+        CHECK(at("render_start_ns") >= at("start_ns"));
+        CHECK(at("render_end_ns") > at("render_start_ns"));
+        CHECK(at("publish_ns") >= at("render_end_ns"));
+        CHECK(at("display_ns") - at("start_ns") == 50'000'000);
+        CHECK(receipt["triangles"].get<int>() <= receipt["triangle_budget"].get<int>());
+        CHECK(receipt["dataset_checksum"] == stats["terrain"]["checksum"]);
+        lastStartNs = at("start_ns");
+        if (receipt["host_new"].get<bool>() && receipt["eye_height_m"].get<double>() < 750) {
+            ++withHost;
+            CHECK(at("arrival_ns") <= at("start_ns"));
+            CHECK(at("arrival_ns") > at("start_ns") - 1'000'000'000);
+            CHECK(receipt["eye_height_m"].get<double>() == Approx(700).margin(1e-3));
+        }
+    }
+    CHECK(counted == frames);
+    CHECK(withHost > 30);
 
     // The sky is above the land, bluer than it, and the picture moves.
     const auto late = ig::out::readPng(frameName(dir, frames - 10));

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "ig/app/image_generator.h"
 
+#include "ig/app/frame_receipt.h"
 #include "ig/app/steady_clock.h"
 #include "ig/geo/attitude.h"
+#include "ig/out/receipt_sink.h"
 
 #include <algorithm>
 #include <cmath>
@@ -103,6 +105,14 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
         }
         sinks.push_back({name, std::move(*sink), {}});
     }
+    // Last, so that its time of publishing is that of all sinks.
+    if (!settings.output.receipts.empty()) {
+        auto sink = out::makeReceiptSink(settings.output.receipts);
+        if (!sink) {
+            return Unexpected{sink.error()};
+        }
+        sinks.push_back({"receipts:" + settings.output.receipts, std::move(*sink), {}});
+    }
     std::unique_ptr<ImageGenerator> generator(new ImageGenerator(settings, log, std::move(*host),
                                                                  std::move(*context), std::move(*renderer),
                                                                  std::move(*dataset), std::move(sinks)));
@@ -133,7 +143,7 @@ ViewState ImageGenerator::currentView()
     return view.value_or(_view);
 }
 
-FrameStats ImageGenerator::frame(int64_t startNs)
+FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
 {
     FrameStats stats;
     stats.number = _frameNumber++;
@@ -148,7 +158,17 @@ FrameStats ImageGenerator::frame(int64_t startNs)
     _renderer->read(_picture);
     const int64_t readBack = steadyNs();
     stats.readBackNs = readBack - drawn;
-    handOut(stats.number);
+    out::Receipt receipt = receiptOf(stats, _view, _terrain.info().shape.ellipsoid,
+                                     {startNs, startNs + stats.hostNs, readBack, _settings.view.rateHz},
+                                     _host.newestFrame(), _host.newestArrivalS().has_value());
+    receipt.view_id = static_cast<uint32_t>(_settings.view.id);
+    receipt.triangle_budget = static_cast<uint32_t>(_settings.terrain.triangleBudget);
+    receipt.dataset_checksum = _terrain.info().checksum;
+    receipt.missed = missedFrames;
+    const hostif::SessionStats session = _host.sessionStats();
+    receipt.host_lost = session.lost;
+    receipt.host_late = session.late;
+    handOut(receipt);
     const int64_t handedOut = steadyNs();
     stats.sinkNs = handedOut - readBack;
     if (const auto arrivalS = _host.newestArrivalS()) {
@@ -160,13 +180,20 @@ FrameStats ImageGenerator::frame(int64_t startNs)
     return stats;
 }
 
-void ImageGenerator::handOut(uint64_t number)
+void ImageGenerator::handOut(out::Receipt& receipt)
 {
-    const out::Frame frame{_view.widthPx, _view.heightPx, _picture, number};
+    for (NamedSink& sink : _sinks) {
+        if (sink.sink) {
+            sink.stats = sink.sink->stats();
+        }
+        receipt.dropped += sink.stats.dropped;
+    }
+    const out::Frame frame{_view.widthPx, _view.heightPx, _picture, receipt.frame, {}, &receipt};
     for (NamedSink& sink : _sinks) {
         if (!sink.sink) {
             continue;
         }
+        receipt.publish_ns = steadyNs();
         if (const auto written = sink.sink->write(frame); !written) {
             _log.write(LogLevel::error, "sink " + sink.name + " ended: " + written.error().message);
             if (const auto closed = sink.sink->close()) {

@@ -30,8 +30,8 @@ public:
     // sinks and loads what the first picture needs. Errors: of whichever part, ready to print.
     static Result<std::unique_ptr<ImageGenerator>> create(const config::Settings& settings, LogSink& log);
 
-    // Makes one frame. startNs: when it starts, steady clock.
-    FrameStats frame(int64_t startNs);
+    // Makes one frame. startNs: when it starts, steady clock; missedFrames: so far, for its receipt.
+    FrameStats frame(int64_t startNs, uint64_t missedFrames = 0);
 
     // Finishes the sinks and sums up. missed and durationS come from whoever kept the time.
     RunSummary finish(uint64_t missedFrames, double durationS);
@@ -51,7 +51,7 @@ private:
                    std::unique_ptr<gl::Renderer> renderer, data::Dataset dataset,
                    std::vector<NamedSink> sinks);
     ViewState currentView();
-    void handOut(uint64_t number);
+    void handOut(out::Receipt& receipt);
 
     config::Settings _settings;
     LogSink& _log;

@@ -59,7 +59,7 @@ void sleepUntil(int64_t steadyTimeNs)
 }
 
 struct Arguments {
-    std::string config, terrain, listen, stats;
+    std::string config, terrain, listen, stats, receipts;
     std::vector<std::string> sinks, assignments;
     uint64_t frames = 0;
     bool checkConfig = false;
@@ -106,6 +106,9 @@ ig::Result<config::Settings> settingsOf(const Arguments& arguments)
     if (!arguments.stats.empty()) {
         settings.output.stats = arguments.stats;
     }
+    if (!arguments.receipts.empty()) {
+        settings.output.receipts = arguments.receipts;
+    }
     if (!arguments.sinks.empty()) {
         settings.output.sinks = arguments.sinks;
     }
@@ -136,7 +139,7 @@ int run(const config::Settings& settings, uint64_t frames)
     ig::app::FrameSchedule schedule(firstStartNs, settings.view.rateHz);
     int64_t startNs = firstStartNs;
     while (!stopRequested) {
-        ig.frame(startNs);
+        ig.frame(startNs, schedule.missed());
         if (frames > 0 && ig.statistics().frames() == frames) {
             break;
         }
@@ -166,8 +169,12 @@ int main(int argc, char** argv)
     app.add_option("--terrain", arguments.terrain, "terrain dataset, .ept (terrain.file)");
     app.add_option("--listen", arguments.listen, "ADDRESS:PORT to receive host packets on (host.listen)");
     app.add_option("--frames", arguments.frames, "stop after this many frames")->check(CLI::PositiveNumber);
-    app.add_option("--sink", arguments.sinks,
-                   "png:DIR, y4m:FILE, y4m:-, shm:NAME or null; may be repeated (output.sinks)");
+    app.add_option(
+        "--sink", arguments.sinks,
+        "png:DIR, y4m:FILE, raw:FILE, shm:NAME or null, FILE - is standard output; may be repeated "
+        "(output.sinks)");
+    app.add_option("--receipts", arguments.receipts,
+                   "write a JSON line per frame to this file (output.receipts)");
     app.add_option("--stats", arguments.stats,
                    "write statistics as JSON to this file at the end (output.stats)");
     app.add_option("--set", arguments.assignments, "section.key=value, over the file; may be repeated");

@@ -57,6 +57,7 @@ struct SinkFormat {
 //   null        takes frames and does nothing
 //   png:DIR     DIR/frame_000000.png ...; the directory is made when missing
 //   y4m:FILE    uncompressed YUV 4:2:0 video (BT.601 limited range); FILE "-" is standard output
+//   raw:FILE    RGBA8 frames one after another, nothing between; FILE "-" is standard output
 //   shm:NAME    a ring in shared memory, read with eyepoint_frames.h; see shm_ring.h
 // Errors (usage): an unknown kind, an empty name, a directory, file or ring that cannot be made.
 Result<std::unique_ptr<FrameSink>> makeSink(std::string_view description, const SinkFormat& format);

@@ -2,6 +2,7 @@
 #include "ig/out/frame_sink.h"
 #include "ig/out/png_writer.h"
 #include "ig/out/queued_sink.h"
+#include "ig/out/raw_writer.h"
 #include "ig/out/shm_ring.h"
 #include "ig/out/y4m_writer.h"
 
@@ -31,7 +32,8 @@ struct Kind {
     std::string_view name;
     std::string_view lacks; // what follows the colon
 };
-constexpr std::array<Kind, 3> kKinds{{{"png", "directory"}, {"y4m", "file"}, {"shm", "name"}}};
+constexpr std::array<Kind, 4> kKinds{
+    {{"png", "directory"}, {"y4m", "file"}, {"raw", "file"}, {"shm", "name"}}};
 
 } // namespace
 
@@ -44,9 +46,9 @@ Result<std::unique_ptr<FrameSink>> makeSink(std::string_view description, const 
         return colon != std::string_view::npos && k.name == description.substr(0, colon);
     });
     if (kind == kKinds.end())
-        return fail(
-            ErrorKind::usage,
-            fmt::format("unknown sink \"{}\": use png:DIR, y4m:FILE, y4m:-, shm:NAME or null", description));
+        return fail(ErrorKind::usage, fmt::format("unknown sink \"{}\": use png:DIR, y4m:FILE, raw:FILE, "
+                                                  "shm:NAME or null (FILE - is standard output)",
+                                                  description));
     const std::string name(description.substr(colon + 1));
     if (name.empty())
         return fail(ErrorKind::usage,
@@ -56,8 +58,9 @@ Result<std::unique_ptr<FrameSink>> makeSink(std::string_view description, const 
                                                   description, format.widthPx, format.heightPx));
     if (kind->name == "shm")
         return makeShmRing(name, format);
-    Result<std::unique_ptr<FrameWriter>> writer =
-        kind->name == "png" ? makePngWriter(name) : makeY4mWriter(name, format);
+    Result<std::unique_ptr<FrameWriter>> writer = kind->name == "png"   ? makePngWriter(name)
+                                                  : kind->name == "y4m" ? makeY4mWriter(name, format)
+                                                                        : makeRawWriter(name);
     if (!writer)
         return Unexpected{writer.error()};
     return std::unique_ptr<FrameSink>(std::make_unique<QueuedSink>(*std::move(writer), format));
