@@ -66,6 +66,7 @@ TEST_CASE("the shipped file lists every key, with the built-in default as its va
     CHECK(shipped->output.sinks == builtIn.output.sinks);
     CHECK(shipped->output.stats == builtIn.output.stats);
     CHECK(shipped->output.receipts == builtIn.output.receipts);
+    CHECK(shipped->output.metrics == builtIn.output.metrics);
     CHECK(shipped->output.ringSlots == builtIn.output.ringSlots);
     CHECK(shipped->graphics.device == builtIn.graphics.device);
     CHECK(shipped->log.level == builtIn.log.level);

@@ -8,6 +8,10 @@
 #include "tools/terrain/compile.h"
 
 #include <nlohmann/json.hpp>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
 
 #include <array>
 #include <cmath>
@@ -250,6 +254,110 @@ TEST_CASE("frames come out of the ring while the image generator flies, and its 
     CHECK_FALSE(std::filesystem::exists("/dev/shm/" + ring));
 }
 
+TEST_CASE("as a service it says when it is ready, reloads, answers for itself and stops in order")
+{
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    const std::string config = dir.file("ig.toml");
+    const auto configure = [&](int budget, int width, const std::string& level) {
+        std::ofstream(config) << "[terrain]\nfile = \"" << terrain << "\"\ntriangle_budget = " << budget
+                              << "\n[view]\nwidth = " << width << "\nheight = 90\nrate_hz = 30\n"
+                              << "[output]\nsinks = [\"null\"]\nmetrics = \"127.0.0.1:0\"\nstats = \""
+                              << dir.file("ig.json") << "\"\nreceipts = \"" << dir.file("r.jsonl")
+                              << "\"\n[log]\nlevel = \"" << level << "\"\n";
+    };
+    configure(6000, 160, "info");
+    const int manager = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    dir.file("notify").copy(address.sun_path, sizeof address.sun_path - 1);
+    REQUIRE(::bind(manager, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    setenv("NOTIFY_SOCKET", dir.file("notify").c_str(), 1);
+    setenv("WATCHDOG_USEC", "200000", 1);
+    Generator ig(dir, {"--config", config});
+    unsetenv("NOTIFY_SOCKET");
+    unsetenv("WATCHDOG_USEC");
+    INFO(readFile(ig.errFile));
+    REQUIRE_FALSE(ig.address.empty());
+    std::string heard;
+    const auto hear = [&](const std::string& text, double timeoutS) {
+        pollfd waited{manager, POLLIN, 0};
+        const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeoutS);
+        while (heard.find(text) == std::string::npos && std::chrono::steady_clock::now() < deadline) {
+            std::array<char, 1024> bytes{};
+            if (::poll(&waited, 1, 100) > 0) {
+                const ssize_t got = ::recv(manager, bytes.data(), bytes.size(), 0);
+                heard.append(bytes.data(), static_cast<size_t>(std::max<ssize_t>(got, 0))).append("|");
+            }
+        }
+        return heard.find(text) != std::string::npos;
+    };
+    CHECK(hear("READY=1|", 30));
+    CHECK(hear("WATCHDOG=1|", 10));
+    CHECK(heard.find("READY=1|") < heard.find("WATCHDOG=1|"));
+
+    // What can change does, at once; the rest is named; nonsense changes nothing.
+    configure(3000, 320, "info");
+    ig.process.signal(SIGHUP);
+    CHECK(test::waitForText(ig.errFile, "event=reloaded keys_changed=2", 10));
+    const std::string log = readFile(ig.errFile);
+    CHECK_THAT(log, Catch::Contains("key=terrain.triangle_budget applied=yes"));
+    CHECK_THAT(log, Catch::Contains("key=view.width applied=no reason="));
+    CHECK(test::waitForText(dir.file("r.jsonl"), "\"triangle_budget\":3000", 10));
+    std::ofstream(config) << "[terrain]\ntriangle_budget = 1\n";
+    ig.process.signal(SIGHUP);
+    CHECK(test::waitForText(ig.errFile, "event=reload_refused reason=\"" + config + ":2: key", 10));
+
+    ig.process.signal(SIGUSR1);
+    CHECK(test::waitForText(ig.errFile, "event=statistics_written", 10));
+    const auto midway = nlohmann::json::parse(readFile(dir.file("ig.json")));
+    CHECK(midway["triangles"]["budget"] == 3000);
+
+    heard.clear();
+    ig.process.signal(SIGTERM);
+    CHECK(ig.process.wait(30) == 0);
+    CHECK(hear("STOPPING=1|", 1));
+    const auto stats = nlohmann::json::parse(readFile(dir.file("ig.json")));
+    CHECK(stats["frames"].get<int>() >= midway["frames"].get<int>());
+    CHECK_THAT(readFile(ig.errFile), Catch::Contains("event=metrics address=127.0.0.1:"));
+    std::istringstream receipts(readFile(dir.file("r.jsonl")));
+    int counted = 0;
+    bool within = true;
+    for (std::string line; std::getline(receipts, line); ++counted) {
+        const auto receipt = nlohmann::json::parse(line);
+        within = within && receipt["frame"] == counted && receipt["triangles"] <= receipt["triangle_budget"];
+    }
+    CHECK(within); // no frame was lost over it
+    CHECK(counted == stats["frames"]);
+    ::close(manager);
+}
+
+TEST_CASE("a reader of standard output that goes away ends its sink in one line, not the flight")
+{
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    const std::string fifo = dir.file("fifo");
+    REQUIRE(mkfifo(fifo.c_str(), 0600) == 0);
+    const int reader = ::open(fifo.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    REQUIRE(reader >= 0);
+    Generator ig(dir, {"--terrain", terrain, "--sink", "raw:" + fifo, "--sink", "null", "--stats",
+                       dir.file("ig.json"), "--set", "view.width=160", "--set", "view.height=90", "--set",
+                       "view.rate_hz=100"});
+    REQUIRE_FALSE(ig.address.empty());
+    ::close(reader);
+    CHECK(test::waitForText(ig.errFile, "event=sink_ended", 20));
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    ig.process.signal(SIGTERM);
+    CHECK(ig.process.wait(30) == 0);
+    const std::string log = readFile(ig.errFile);
+    INFO(log);
+    CHECK_THAT(log, Catch::Contains("reader has gone"));
+    CHECK(log.find("sink_ended") == log.rfind("sink_ended"));
+    CHECK(log.find("sink_end_failed") == std::string::npos);
+    const auto stats = nlohmann::json::parse(readFile(dir.file("ig.json")));
+    CHECK(stats["sinks"][1]["written"] == stats["frames"]);
+}
+
 TEST_CASE("the image generator draws without a host, and stops by itself after --frames")
 {
     const test::TempDir dir;
@@ -284,6 +392,17 @@ TEST_CASE("every mistake ends with its exit code and one line that says what and
     expect({"--terrain", terrain, "--sink", "gif:x"}, 2, "gif");
     expect({"--terrain", terrain, "--listen", "somewhere"}, 2, "host.listen");
     expect({"--config", dir.file("none.toml")}, 2, "none.toml");
+    std::ofstream(dir.file("bad.toml")) << "[view]\n\nheight = 0\n";
+    expect({"--check-config", "--config", dir.file("bad.toml"), "--terrain", terrain}, 2,
+           "bad.toml:3: key 'view.height'");
+    std::ofstream(dir.file("good.toml")) << "[view]\nheight = 90\n";
+    expect({"--check-config", "--config", dir.file("good.toml"), "--terrain", terrain}, 0, "");
+    expect({"--terrain", terrain, "--sink", "shm:a/b", "--listen", "127.0.0.1:0"}, 2, "shm:");
+    REQUIRE(mkfifo(dir.file("fifo").c_str(), 0600) == 0);
+    expect({"--terrain", terrain, "--sink", "raw:" + dir.file("fifo"), "--listen", "127.0.0.1:0"}, 2,
+           "nobody reads this FIFO");
+    expect({"--terrain", terrain, "--set", "output.metrics=0.0.0.0:1", "--listen", "127.0.0.1:0"}, 2,
+           "output.metrics");
     expect({"--terrain", dir.file("none.ept")}, 4, "none.ept");
     std::ofstream(dir.file("junk.ept")) << std::string(4096, 'x');
     expect({"--terrain", dir.file("junk.ept")}, 4, "junk.ept");

@@ -2,6 +2,7 @@
 #include "ig/app/image_generator.h"
 
 #include "ig/app/frame_receipt.h"
+#include "ig/app/log.h"
 #include "ig/app/steady_clock.h"
 #include "ig/geo/attitude.h"
 #include "ig/out/receipt_sink.h"
@@ -195,29 +196,70 @@ void ImageGenerator::handOut(out::Receipt& receipt)
         }
         receipt.publish_ns = steadyNs();
         if (const auto written = sink.sink->write(frame); !written) {
-            _log.write(LogLevel::error, "sink " + sink.name + " ended: " + written.error().message);
-            if (const auto closed = sink.sink->close()) {
-                sink.stats = *closed;
-            }
+            _log.write(
+                LogLevel::error,
+                logLine("sink_ended", {{"sink", sink.name},
+                                       {"reason", written.error().message},
+                                       {"remedy", "the other sinks go on; put it right and start again"}}));
+            sink.stats = sink.sink->stats();
+            (void)sink.sink->close(); // it has said all there is
             sink.sink.reset();
         }
     }
 }
 
+void ImageGenerator::apply(const config::Settings& settings)
+{
+    config::applyLive(settings, _settings);
+    const TerrainSettings terrain = terrainSettings(_settings);
+    _terrain.reconfigure(terrain.selection, terrain.pageLoadsPerFrame);
+}
+
+void ImageGenerator::note(Metrics& metrics, uint64_t missedFrames) const
+{
+    metrics.missedFrames = missedFrames;
+    metrics.triangleBudget = static_cast<uint32_t>(_settings.terrain.triangleBudget);
+    metrics.note(_host.sessionStats());
+    metrics.sinks.resize(_sinks.size());
+    for (size_t i = 0; i < _sinks.size(); ++i) {
+        const NamedSink& sink = _sinks[i];
+        metrics.sinks[i] = {sink.sink ? sink.sink->stats() : sink.stats, sink.sink != nullptr};
+    }
+}
+
+std::vector<std::string> ImageGenerator::sinkNames() const
+{
+    std::vector<std::string> names;
+    for (const NamedSink& sink : _sinks) {
+        names.push_back(sink.name);
+    }
+    return names;
+}
+
 RunSummary ImageGenerator::finish(uint64_t missedFrames, double durationS)
 {
-    RunSummary run;
     for (NamedSink& sink : _sinks) {
         if (sink.sink) {
+            const out::SinkStats before = sink.sink->stats();
             const auto closed = sink.sink->close();
-            if (closed) {
-                sink.stats = *closed;
-            } else {
-                _log.write(LogLevel::error, "sink " + sink.name + ": " + closed.error().message);
+            sink.stats = closed ? *closed : before;
+            if (!closed) {
+                _log.write(LogLevel::error,
+                           logLine("sink_end_failed", {{"sink", sink.name},
+                                                       {"reason", closed.error().message},
+                                                       {"remedy", "its last frames are lost"}}));
             }
             sink.sink.reset();
         }
-        run.sinks.push_back({sink.name, sink.stats});
+    }
+    return summary(missedFrames, durationS);
+}
+
+RunSummary ImageGenerator::summary(uint64_t missedFrames, double durationS) const
+{
+    RunSummary run;
+    for (const NamedSink& sink : _sinks) {
+        run.sinks.push_back({sink.name, sink.sink ? sink.sink->stats() : sink.stats});
     }
     run.rateHz = _settings.view.rateHz;
     run.durationS = durationS;

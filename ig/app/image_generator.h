@@ -8,6 +8,7 @@
 #include "config/settings.h"
 #include "ig/app/frame_stats.h"
 #include "ig/app/host_link.h"
+#include "ig/app/metrics.h"
 #include "ig/app/run_statistics.h"
 #include "ig/app/terrain_engine.h"
 #include "ig/base/log.h"
@@ -33,10 +34,18 @@ public:
     // Makes one frame. startNs: when it starts, steady clock; missedFrames: so far, for its receipt.
     FrameStats frame(int64_t startNs, uint64_t missedFrames = 0);
 
-    // Finishes the sinks and sums up. missed and durationS come from whoever kept the time.
+    // Takes over what may change while running (config::applyLive), between two frames.
+    void apply(const config::Settings& settings);
+
+    // The state of the run so far. missed and durationS come from whoever kept the time.
+    RunSummary summary(uint64_t missedFrames, double durationS) const;
+    // Finishes the sinks and sums up.
     RunSummary finish(uint64_t missedFrames, double durationS);
 
     const RunStatistics& statistics() const noexcept { return _statistics; }
+    // Everything but what frames add; allocates nothing once warm.
+    void note(Metrics& metrics, uint64_t missedFrames) const;
+    std::vector<std::string> sinkNames() const;
     // One line: what is drawn with what, and where the host is expected.
     std::string description() const;
 

@@ -14,6 +14,13 @@ TerrainEngine::TerrainEngine(data::Dataset dataset, const TerrainSettings& setti
 {
 }
 
+void TerrainEngine::reconfigure(const lod::GeomipSettings& selection, uint32_t pageLoadsPerFrame)
+{
+    _settings.selection = selection;
+    _settings.pageLoadsPerFrame = pageLoadsPerFrame;
+    _selector = lod::GeomipSelector(_dataset.info().shape, _dataset.pages(), selection);
+}
+
 Result<void> TerrainEngine::preload(const ViewState& view)
 {
     select(view);

@@ -38,6 +38,9 @@ public:
     // Loads pages that the last draw() wanted, a bounded number; fills loadNs, pageIns and bytesUploaded.
     void load(FrameStats& stats);
 
+    // Another budget and tolerance from the next draw() on; between frames, allocates.
+    void reconfigure(const lod::GeomipSettings& selection, uint32_t pageLoadsPerFrame);
+
     const data::DatasetInfo& info() const noexcept { return _dataset.info(); }
     const lod::DrawList& drawList() const noexcept { return _list; }
     std::span<const int32_t> slotOfPage() const noexcept { return _slots.slotOfPage(); }
