@@ -452,6 +452,23 @@ TEST_CASE("the benchmark of whole frames draws the same pixels as its static yar
     CHECK(report["machine"]["one_thread_p99_over_mean"].get<double>() >= 1);
 }
 
+TEST_CASE("the benchmark of handing out accepts no torn frame and leaks nothing")
+{
+    const test::TempDir dir;
+    Process bench({"eyepoint-frames-bench", "--frames", "20", "--reads", "20000", "--seconds", "1.5",
+                   "--width", "320", "--height", "180"},
+                  dir.file("out"), dir.file("err"));
+    const int code = bench.wait(120);
+    INFO(readFile(dir.file("err")));
+    REQUIRE(code == 0);
+    const auto report = nlohmann::json::parse(readFile(dir.file("out")));
+    CHECK(report["torn"]["torn_frames_accepted"] == 0);
+    CHECK(report["torn"]["reads_accepted"].get<int>() >= 20000);
+    CHECK(report["publish"].size() == 3);
+    CHECK(report["soak"]["descriptors_at_end"] == report["soak"]["descriptors_after_a_fifth"]);
+    CHECK(report["soak"]["frames_taken_by_visitor"].get<int>() > 0);
+}
+
 TEST_CASE("a host that nobody answers says so and ends with 1")
 {
     const test::TempDir dir;
