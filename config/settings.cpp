@@ -88,6 +88,23 @@ Key integer(const char* name, int64_t low, int64_t high, const char* unit, Acces
 }
 
 template <class Access>
+Key flag(const char* name, Access access)
+{
+    return reachedBy(access, {name,
+                              "true or false",
+                              [=](const toml::node& node, Settings& settings) {
+                                  const auto* value = node.as_boolean();
+                                  if (value == nullptr) {
+                                      return false;
+                                  }
+                                  access(settings) = value->get();
+                                  return true;
+                              },
+                              {},
+                              {}});
+}
+
+template <class Access>
 Key text(const char* name, const char* what, Access access)
 {
     return reachedBy(access, {name,
@@ -221,6 +238,8 @@ const std::vector<Key>& allKeys()
         k.push_back(integer(
             "output.ring_slots", 2, 64, "frames in a shm:NAME",
             [](auto& s) -> auto& { return s.output.ringSlots; }));
+        k.push_back(flag(
+            "output.depth", [](auto& s) -> auto& { return s.output.depth; }));
         k.push_back(integer(
             "graphics.device", -1, 255, "EGL device, -1 for the first that works",
             [](auto& s) -> auto& { return s.graphics.device; }));

@@ -49,6 +49,7 @@ struct Settings {
         std::string receipts;
         std::string metrics;
         int64_t ringSlots = 4;
+        bool depth = false;
     } output;
     struct {
         int64_t device = -1;

@@ -2,6 +2,7 @@
 // The programs as an integrator runs them: terrain, image generator and host, over loopback UDP.
 #define CATCH_CONFIG_RUNNER
 #include "driver_session.h"
+#include "ig/out/eyepoint_frames.h"
 #include "ig/out/png_file.h"
 #include "process.h"
 #include "temp_dir.h"
@@ -252,6 +253,49 @@ TEST_CASE("frames come out of the ring while the image generator flies, and its 
     heir.process.signal(SIGINT);
     CHECK(heir.process.wait(30) == 0);
     CHECK_FALSE(std::filesystem::exists("/dev/shm/" + ring));
+}
+
+TEST_CASE("depth in the ring is metres along the viewing axis, infinite where the picture has no terrain")
+{
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    const std::string name = "eyepoint-depth-" + std::to_string(getpid());
+    Generator ig(dir, {"--terrain", terrain, "--sink", "shm:" + name, "--set", "output.depth=true", "--set",
+                       "view.width=160", "--set", "view.height=90", "--set", "view.rate_hz=20"});
+    if (ig.address.empty() && readFile(ig.errFile).find("GL_NV_read_depth") != std::string::npos) {
+        WARN("skipped: this driver cannot read depth back");
+        return;
+    }
+    INFO(readFile(ig.errFile));
+    REQUIRE_FALSE(ig.address.empty());
+    eyepoint_frames ring{};
+    char why[256] = "";
+    REQUIRE(eyepoint_frames_open(&ring, name.c_str(), why, sizeof why) == EYEPOINT_OK);
+    REQUIRE(ring.depth_offset != 0);
+    std::vector<unsigned char> rgba(160 * 90 * 4);
+    std::vector<float> depthM(160 * 90);
+    eyepoint_receipt receipt{};
+    int status = EYEPOINT_OVERWRITTEN;
+    for (int tries = 0; tries < 20 && status == EYEPOINT_OVERWRITTEN; ++tries) {
+        const uint64_t index = eyepoint_frames_newest(&ring);
+        REQUIRE(eyepoint_frames_wait(&ring, index, 10'000) == EYEPOINT_OK);
+        status = eyepoint_frames_copy(&ring, index, &receipt, rgba.data(), depthM.data());
+    }
+    eyepoint_frames_close(&ring);
+    REQUIRE(status == EYEPOINT_OK);
+    // The idle view looks down at 20 degrees from above the summits (380 m of rolling land, and the sea).
+    const double heightM = receipt.eye_height_m;
+    bool agrees = true;
+    for (size_t i = 0; i < depthM.size(); ++i) {
+        agrees = agrees && (rgba[4 * i + 3] == 0) == std::isinf(depthM[i]);
+    }
+    CHECK(agrees);
+    const double middleM = depthM[size_t{45} * 160 + 80];
+    const double sine = std::sin(20.0 * 3.14159265358979 / 180.0);
+    CHECK(middleM > (heightM - 600) / sine);
+    CHECK(middleM < (heightM + 100) / sine);
+    ig.process.signal(SIGTERM);
+    CHECK(ig.process.wait(30) == 0);
 }
 
 TEST_CASE("as a service it says when it is ready, reloads, answers for itself and stops in order")

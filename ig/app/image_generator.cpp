@@ -54,6 +54,7 @@ out::SinkFormat sinkFormat(const config::Settings& settings)
     out.heightPx = static_cast<int>(settings.view.height);
     out.rateHz = settings.view.rateHz;
     out.ringSlots = static_cast<int>(settings.output.ringSlots);
+    out.depth = settings.output.depth;
     out.clockNs = steadyNs;
     return out;
 }
@@ -94,6 +95,11 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
     if (!context) {
         return Unexpected{context.error()};
     }
+    if (settings.output.depth && !context->info().readDepth) {
+        return fail(ErrorKind::graphics,
+                    "output.depth: " + context->info().renderer +
+                        " cannot read depth back (no GL_NV_read_depth); set it to false");
+    }
     auto renderer = gl::Renderer::create(*context, rendererSettings(settings, dataset->info()));
     if (!renderer) {
         return Unexpected{renderer.error()};
@@ -132,7 +138,8 @@ ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, H
       _terrain(std::move(dataset), terrainSettings(settings), *_renderer, log),
       _world(_terrain.info().shape.ellipsoid, viewDefaults(settings)),
       _view(idleView(_terrain.info(), settings)), _sinks(std::move(sinks)),
-      _picture(static_cast<size_t>(settings.view.width * settings.view.height) * 4)
+      _picture(static_cast<size_t>(settings.view.width * settings.view.height) * 4),
+      _depthM(settings.output.depth ? _picture.size() / 4 : 0)
 {
 }
 
@@ -157,6 +164,9 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     _terrain.draw(_view, stats);
     const int64_t drawn = steadyNs();
     _renderer->read(_picture);
+    if (!_depthM.empty()) {
+        _renderer->readDepth(_depthM);
+    }
     const int64_t readBack = steadyNs();
     stats.readBackNs = readBack - drawn;
     out::Receipt receipt = receiptOf(stats, _view, _terrain.info().shape.ellipsoid,
@@ -189,7 +199,7 @@ void ImageGenerator::handOut(out::Receipt& receipt)
         }
         receipt.dropped += sink.stats.dropped;
     }
-    const out::Frame frame{_view.widthPx, _view.heightPx, _picture, receipt.frame, {}, &receipt};
+    const out::Frame frame{_view.widthPx, _view.heightPx, _picture, receipt.frame, _depthM, &receipt};
     for (NamedSink& sink : _sinks) {
         if (!sink.sink) {
             continue;

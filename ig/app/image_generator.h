@@ -72,6 +72,7 @@ private:
     ViewState _view; // the last one drawn; at first above the middle of the terrain
     std::vector<NamedSink> _sinks;
     std::vector<std::byte> _picture;
+    std::vector<float> _depthM; // empty: nobody wants it
     RunStatistics _statistics;
     uint64_t _frameNumber = 0;
 };
