@@ -19,16 +19,17 @@
  * Layout, version 1, byte order of the machine; every offset is in the header and no other is to be assumed:
  *
  *     0            struct eyepoint_frames_header
- *     first_slot   slot 0: struct eyepoint_frames_slot, planes at colour_offset and depth_offset from its start
+ *     first_slot   slot 0: struct eyepoint_frames_slot, its planes at colour_offset and depth_offset
  *     + slot_bytes slot 1 ...
  *
- * Frames are published one after another; the one of index i (from 0) stands in slot i % slot_count until index
- * i + slot_count is begun. The sequence lock of its slot: 2 i + 1 while it is written, 2 i + 2 when it is whole.
- * A reader looks at the sequence before and after copying; a copy between two equal, even values is whole.
+ * Frames are published one after another; the one of index i (from 0) stands in slot i % slot_count until
+ * index i + slot_count is begun. The sequence lock of its slot: 2 i + 1 while it is written, 2 i + 2 when it
+ * is whole. A reader looks at the sequence before and after copying; a copy between two equal, even values is
+ * whole.
  *
- * Planes: colour is RGBA8, top row first, rows packed, alpha 255 where terrain is drawn and 0 where there is sky.
- * Depth, if there is one, is float metres along the viewing axis (not along the ray of the pixel), same order of
- * pixels, infinity for sky.
+ * Planes: colour is RGBA8, top row first, rows packed, alpha 255 where terrain is drawn and 0 where there is
+ * sky. Depth, if there is one, is float metres along the viewing axis (not along the ray of the pixel), same
+ * order of pixels, infinity for sky.
  *
  * The image generator holds a write lock (fcntl, open file description) on the shared-memory file while it
  * lives. A later one takes the name over only when nobody holds that lock.
@@ -77,8 +78,9 @@ enum {
 };
 
 /*
- * What there is to know about one frame. Times are CLOCK_MONOTONIC, nanoseconds, the clock of every process of
- * the machine; 0 where unknown. Delays follow by subtraction, for example
+ * What there is to know about one frame. Times are CLOCK_MONOTONIC, nanoseconds, the clock of every process
+ * of the machine; 0 where unknown. Delays follow by subtraction, for example
+ *
  *     host to pixels     publish_ns - arrival_ns       (of a frame with EYEPOINT_RECEIPT_NEW_HOST)
  *     rendering          render_end_ns - render_start_ns
  *     hand-over          own clock - publish_ns
@@ -91,27 +93,29 @@ struct eyepoint_receipt {
     uint32_t width_px, height_px;
     uint32_t host_time_ticks; /* time stamp in that message, 10 us, origin of the host's choice, wraps */
     uint32_t reserved0;
-    int64_t arrival_ns;      /* the kernel had that message */
-    int64_t start_ns;        /* the frame began; the host's messages up to here count */
-    int64_t render_start_ns; /* host applied, view known */
-    int64_t render_end_ns;   /* picture read back */
-    int64_t publish_ns;      /* ring: the slot was whole; elsewhere: all sinks had taken the frame */
-    int64_t display_ns;      /* end of the frame's period, when a display at the fixed rate shows it */
-    int64_t extrapolation_ns; /* age of the host's state at start_ns, for which the pose is held; -1 without host */
+    int64_t arrival_ns;       /* the kernel had that message */
+    int64_t start_ns;         /* the frame began; the host's messages up to here count */
+    int64_t render_start_ns;  /* host applied, view known */
+    int64_t render_end_ns;    /* picture read back */
+    int64_t publish_ns;       /* ring: the slot was whole; elsewhere: all sinks had taken the frame */
+    int64_t display_ns;       /* end of the frame's period, when a display at the fixed rate shows it */
+    int64_t extrapolation_ns; /* age of the host's state at start_ns, the pose is held so long; -1 no host */
     double eye_ecef_m[3];
     double eye_latitude_deg, eye_longitude_deg, eye_height_m; /* on the dataset's ellipsoid */
-    double yaw_deg, pitch_deg, roll_deg; /* of the view, from the local horizon: clockwise from north, up, right */
-    double frustum_left, frustum_right, frustum_bottom, frustum_top; /* tangents from the viewing axis, signed */
+    /* Of the view, from the local horizon: clockwise from north, up, right wing down. */
+    double yaw_deg, pitch_deg, roll_deg;
+    /* Tangents from the viewing axis, signed. */
+    double frustum_left, frustum_right, frustum_bottom, frustum_top;
     double near_m;
     double tau_px;   /* tolerance that the triangle budget allowed */
     double error_px; /* bound of the largest projected error */
     uint32_t triangles, triangle_budget;
     uint32_t missing_tiles; /* drawn by an ancestor because pages were not loaded yet */
     uint32_t reserved1;
-    uint64_t dropped;      /* frames that this image generator's sinks had no room for, so far */
-    uint64_t missed;       /* periods without a frame of their own, so far */
-    uint64_t host_lost;    /* host messages that never came, so far */
-    uint64_t host_late;    /* host messages that came too late to count, so far */
+    uint64_t dropped;   /* frames that this image generator's sinks had no room for, so far */
+    uint64_t missed;    /* periods without a frame of their own, so far */
+    uint64_t host_lost; /* host messages that never came, so far */
+    uint64_t host_late; /* host messages that came too late to count, so far */
     uint64_t dataset_checksum;
 };
 
@@ -120,8 +124,8 @@ struct eyepoint_frames_header {
     uint32_t version;
     uint32_t header_bytes; /* sizeof(struct eyepoint_frames_header) of the writer */
     uint64_t total_bytes;
-    uint64_t first_slot; /* bytes from the start */
-    uint64_t slot_bytes; /* from one slot to the next */
+    uint64_t first_slot;                  /* bytes from the start */
+    uint64_t slot_bytes;                  /* from one slot to the next */
     uint64_t colour_offset, depth_offset; /* from the start of a slot; depth_offset 0: no depth */
     uint32_t slot_count;
     uint32_t planes; /* EYEPOINT_PLANE_... */
@@ -162,7 +166,7 @@ struct eyepoint_frames {
     int32_t writer_pid;
 };
 
-/* A frame where it lies; what is read through it counts only if eyepoint_frames_whole() says so afterwards. */
+/* A frame where it lies; what is read through it counts only if eyepoint_frames_whole() says so after. */
 struct eyepoint_frames_view {
     uint64_t index;
     const struct eyepoint_frames_slot* slot;
@@ -220,8 +224,8 @@ static inline const char* eyepoint_header_fault_(const struct eyepoint_frames_he
     }
     /* No sum below can wrap: offsets are compared with the size first. */
     plane = (uint64_t)h->width_px * h->height_px * 4U;
-    if (h->total_bytes != bytes || h->slot_bytes > bytes || h->first_slot > bytes || h->colour_offset > bytes ||
-        h->depth_offset > bytes || plane > bytes) {
+    if (h->total_bytes != bytes || h->slot_bytes > bytes || h->first_slot > bytes ||
+        h->colour_offset > bytes || h->depth_offset > bytes || plane > bytes) {
         return "corrupt header: sizes beyond the file";
     }
     if (h->first_slot < sizeof *h || h->first_slot % 64U != 0 || h->slot_bytes % 64U != 0 ||
@@ -243,10 +247,11 @@ static inline const char* eyepoint_header_fault_(const struct eyepoint_frames_he
 }
 
 /*
- * Opens and maps the ring of this name ("NAME" as in shm:NAME) and checks every field that is used afterwards.
- * EYEPOINT_OK, or EYEPOINT_FAILED with one line in `why`.
+ * Opens and maps the ring of this name ("NAME" as in shm:NAME) and checks every field that is used
+ * afterwards. EYEPOINT_OK, or EYEPOINT_FAILED with one line in `why`.
  */
-static inline int eyepoint_frames_open(struct eyepoint_frames* ring, const char* name, char* why, size_t why_size)
+static inline int eyepoint_frames_open(struct eyepoint_frames* ring, const char* name, char* why,
+                                       size_t why_size)
 {
     char path[EYEPOINT_FRAMES_MAX_NAME + 2];
     struct eyepoint_frames_header copy;
@@ -266,8 +271,8 @@ static inline int eyepoint_frames_open(struct eyepoint_frames* ring, const char*
     descriptor = shm_open(path, O_RDONLY | O_CLOEXEC, 0);
     if (descriptor < 0) {
         return eyepoint_refuse_(why, why_size, name,
-                                errno == ENOENT ? "no image generator publishes it (sink shm:NAME)" :
-                                                  strerror(errno));
+                                errno == ENOENT ? "no image generator publishes it (sink shm:NAME)"
+                                                : strerror(errno));
     }
     if (fstat(descriptor, &status) != 0 || status.st_size < (off_t)sizeof copy) {
         (void)close(descriptor);
@@ -353,7 +358,8 @@ static inline int eyepoint_frames_writer_lives(const struct eyepoint_frames* rin
 
 /*
  * Waits, asleep, until the frame of this index is published, at most timeout_ms (< 0: for ever).
- * EYEPOINT_OK, _TIMEOUT, _ENDED or _GONE; a death is noticed within half a second. Signals do not end the wait.
+ * EYEPOINT_OK, _TIMEOUT, _ENDED or _GONE; a death is noticed within half a second. Signals do not end the
+ * wait.
  */
 static inline int eyepoint_frames_wait(const struct eyepoint_frames* ring, uint64_t index, int timeout_ms)
 {
@@ -401,8 +407,8 @@ static inline int eyepoint_frames_begin(const struct eyepoint_frames* ring, uint
     view->slot = (const struct eyepoint_frames_slot*)(const void*)start;
     view->colour = start + ring->colour_offset;
     view->depth_m = ring->depth_offset != 0 ? (const float*)(const void*)(start + ring->depth_offset) : NULL;
-    return __atomic_load_n(&view->slot->sequence, __ATOMIC_ACQUIRE) == 2 * index + 2 ? EYEPOINT_OK :
-                                                                                       EYEPOINT_OVERWRITTEN;
+    return __atomic_load_n(&view->slot->sequence, __ATOMIC_ACQUIRE) == 2 * index + 2 ? EYEPOINT_OK
+                                                                                     : EYEPOINT_OVERWRITTEN;
 }
 
 /* 1 if all that was read through the view since eyepoint_frames_begin() belongs to that one frame. */
@@ -413,9 +419,9 @@ static inline int eyepoint_frames_whole(const struct eyepoint_frames_view* view)
 }
 
 /*
- * Copies a frame out: any of receipt, colour (width * height * 4 bytes) and depth (width * height floats) may be
- * NULL. EYEPOINT_OK, or EYEPOINT_OVERWRITTEN, when what was copied is to be thrown away; EYEPOINT_FAILED when
- * depth is asked for and the ring has none.
+ * Copies a frame out: any of receipt, colour (width * height * 4 bytes) and depth (width * height floats) may
+ * be NULL. EYEPOINT_OK, or EYEPOINT_OVERWRITTEN, when what was copied is to be thrown away; EYEPOINT_FAILED
+ * when depth is asked for and the ring has none.
  */
 static inline int eyepoint_frames_copy(const struct eyepoint_frames* ring, uint64_t index,
                                        struct eyepoint_receipt* receipt, void* colour, float* depth_m)
