@@ -20,7 +20,25 @@ struct Key {
     std::string name;
     std::string expected;
     std::function<bool(const toml::node&, Settings&)> store; // false: not what is expected
+    std::function<bool(const Settings&, const Settings&)> same;
+    std::function<void(const Settings& from, Settings& to)> copy;
+    bool live = false; // may change while the program runs
 };
+
+// The parts of a key that follow from where its value is kept.
+template <class Access>
+Key reachedBy(Access access, Key key)
+{
+    key.same = [=](const Settings& a, const Settings& b) { return access(a) == access(b); };
+    key.copy = [=](const Settings& from, Settings& to) { access(to) = access(from); };
+    return key;
+}
+
+Key live(Key key)
+{
+    key.live = true;
+    return key;
+}
 
 std::string shortNumber(double value)
 {
@@ -37,43 +55,70 @@ std::string range(double low, double high, const char* unit)
 template <class Access>
 Key number(const char* name, double low, double high, const char* unit, Access access)
 {
-    return {name, "a number, " + range(low, high, unit), [=](const toml::node& node, Settings& settings) {
-                const auto value = node.value<double>();
-                if (!value || node.is_boolean() || !(*value >= low && *value <= high)) {
-                    return false;
-                }
-                access(settings) = *value;
-                return true;
-            }};
+    return reachedBy(access, {name,
+                              "a number, " + range(low, high, unit),
+                              [=](const toml::node& node, Settings& settings) {
+                                  const auto value = node.value<double>();
+                                  if (!value || node.is_boolean() || !(*value >= low && *value <= high)) {
+                                      return false;
+                                  }
+                                  access(settings) = *value;
+                                  return true;
+                              },
+                              {},
+                              {}});
 }
 
 template <class Access>
 Key integer(const char* name, int64_t low, int64_t high, const char* unit, Access access)
 {
-    return {name,
-            "an integer, " + std::to_string(low) + " to " + std::to_string(high) +
-                (*unit != '\0' ? " " : "") + unit,
-            [=](const toml::node& node, Settings& settings) {
-                const auto* value = node.as_integer();
-                if (value == nullptr || value->get() < low || value->get() > high) {
-                    return false;
-                }
-                access(settings) = value->get();
-                return true;
-            }};
+    return reachedBy(access, {name,
+                              "an integer, " + std::to_string(low) + " to " + std::to_string(high) +
+                                  (*unit != '\0' ? " " : "") + unit,
+                              [=](const toml::node& node, Settings& settings) {
+                                  const auto* value = node.as_integer();
+                                  if (value == nullptr || value->get() < low || value->get() > high) {
+                                      return false;
+                                  }
+                                  access(settings) = value->get();
+                                  return true;
+                              },
+                              {},
+                              {}});
+}
+
+template <class Access>
+Key flag(const char* name, Access access)
+{
+    return reachedBy(access, {name,
+                              "true or false",
+                              [=](const toml::node& node, Settings& settings) {
+                                  const auto* value = node.as_boolean();
+                                  if (value == nullptr) {
+                                      return false;
+                                  }
+                                  access(settings) = value->get();
+                                  return true;
+                              },
+                              {},
+                              {}});
 }
 
 template <class Access>
 Key text(const char* name, const char* what, Access access)
 {
-    return {name, what, [=](const toml::node& node, Settings& settings) {
-                const auto* value = node.as_string();
-                if (value == nullptr) {
-                    return false;
-                }
-                access(settings) = value->get();
-                return true;
-            }};
+    return reachedBy(access, {name,
+                              what,
+                              [=](const toml::node& node, Settings& settings) {
+                                  const auto* value = node.as_string();
+                                  if (value == nullptr) {
+                                      return false;
+                                  }
+                                  access(settings) = value->get();
+                                  return true;
+                              },
+                              {},
+                              {}});
 }
 
 template <class Access>
@@ -83,34 +128,43 @@ Key choice(const char* name, std::vector<std::string> words, Access access)
     for (const std::string& word : words) {
         expected += " \"" + word + "\"";
     }
-    return {name, expected, [=](const toml::node& node, Settings& settings) {
-                const auto* value = node.as_string();
-                if (value == nullptr || std::find(words.begin(), words.end(), value->get()) == words.end()) {
-                    return false;
-                }
-                access(settings) = value->get();
-                return true;
-            }};
+    return reachedBy(access, {name,
+                              expected,
+                              [=](const toml::node& node, Settings& settings) {
+                                  const auto* value = node.as_string();
+                                  if (value == nullptr ||
+                                      std::find(words.begin(), words.end(), value->get()) == words.end()) {
+                                      return false;
+                                  }
+                                  access(settings) = value->get();
+                                  return true;
+                              },
+                              {},
+                              {}});
 }
 
 Key sinkList()
 {
-    return {"output.sinks", "a list of \"png:DIR\", \"y4m:FILE\", \"y4m:-\" or \"null\"",
-            [](const toml::node& node, Settings& settings) {
-                const auto* list = node.as_array();
-                if (list == nullptr) {
-                    return false;
-                }
-                std::vector<std::string> sinks;
-                for (const toml::node& item : *list) {
-                    if (!item.is_string()) {
-                        return false;
-                    }
-                    sinks.push_back(item.as_string()->get());
-                }
-                settings.output.sinks = std::move(sinks);
-                return true;
-            }};
+    return reachedBy([](auto& s) -> auto& { return s.output.sinks; },
+                     {"output.sinks",
+                      "a list of \"png:DIR\", \"y4m:FILE\", \"raw:FILE\", \"shm:NAME\" or \"null\"",
+                      [](const toml::node& node, Settings& settings) {
+                          const auto* list = node.as_array();
+                          if (list == nullptr) {
+                              return false;
+                          }
+                          std::vector<std::string> sinks;
+                          for (const toml::node& item : *list) {
+                              if (!item.is_string()) {
+                                  return false;
+                              }
+                              sinks.push_back(item.as_string()->get());
+                          }
+                          settings.output.sinks = std::move(sinks);
+                          return true;
+                      },
+                      {},
+                      {}});
 }
 
 const std::vector<Key>& allKeys()
@@ -123,24 +177,24 @@ const std::vector<Key>& allKeys()
         k.push_back(choice(
             "terrain.method", {"hybrid", "bintree", "geomip"},
             [](auto& s) -> auto& { return s.terrain.method; }));
-        k.push_back(integer(
+        k.push_back(live(integer(
             "terrain.triangle_budget", 512, 1'000'000, "triangles per frame",
-            [](auto& s) -> auto& { return s.terrain.triangleBudget; }));
+            [](auto& s) -> auto& { return s.terrain.triangleBudget; })));
         k.push_back(number(
             "terrain.frame_time_ms", 0, 10'000, "milliseconds, 0 for a fixed budget",
             [](auto& s) -> auto& { return s.terrain.frameTimeMs; }));
         k.push_back(integer(
             "terrain.smallest_triangle_budget", 512, 1'000'000, "triangles per frame",
             [](auto& s) -> auto& { return s.terrain.smallestTriangleBudget; }));
-        k.push_back(number(
+        k.push_back(live(number(
             "terrain.tolerance_px", 0, 1000, "pixels",
-            [](auto& s) -> auto& { return s.terrain.tolerancePx; }));
+            [](auto& s) -> auto& { return s.terrain.tolerancePx; })));
         k.push_back(integer(
             "terrain.page_slots", 16, 16'384, "pages on the GPU",
             [](auto& s) -> auto& { return s.terrain.pageSlots; }));
-        k.push_back(integer(
+        k.push_back(live(integer(
             "terrain.page_loads_per_frame", 1, 1'024, "pages",
-            [](auto& s) -> auto& { return s.terrain.pageLoadsPerFrame; }));
+            [](auto& s) -> auto& { return s.terrain.pageLoadsPerFrame; })));
         k.push_back(integer(
             "view.id", 0, 65'535, "", [](auto& s) -> auto& { return s.view.id; }));
         k.push_back(integer(
@@ -181,15 +235,26 @@ const std::vector<Key>& allKeys()
         k.push_back(integer(
             "host.database", 1, 127, "", [](auto& s) -> auto& { return s.host.database; }));
         k.push_back(sinkList());
-        k.push_back(text(
+        k.push_back(live(text(
             "output.stats", "a string, path of a JSON file, empty for none",
-            [](auto& s) -> auto& { return s.output.stats; }));
+            [](auto& s) -> auto& { return s.output.stats; })));
+        k.push_back(text(
+            "output.receipts", "a string, path of a JSON lines file, empty for none",
+            [](auto& s) -> auto& { return s.output.receipts; }));
+        k.push_back(text(
+            "output.metrics", "a string, loopback ADDRESS:PORT, empty for none",
+            [](auto& s) -> auto& { return s.output.metrics; }));
+        k.push_back(integer(
+            "output.ring_slots", 2, 64, "frames in a shm:NAME",
+            [](auto& s) -> auto& { return s.output.ringSlots; }));
+        k.push_back(flag(
+            "output.depth", [](auto& s) -> auto& { return s.output.depth; }));
         k.push_back(integer(
             "graphics.device", -1, 255, "EGL device, -1 for the first that works",
             [](auto& s) -> auto& { return s.graphics.device; }));
-        k.push_back(choice(
+        k.push_back(live(choice(
             "log.level", {"debug", "info", "warning", "error"},
-            [](auto& s) -> auto& { return s.log.level; }));
+            [](auto& s) -> auto& { return s.log.level; })));
         return k;
     }();
     return keys;
@@ -299,11 +364,31 @@ Result<void> check(const Settings& settings)
     return {};
 }
 
+std::vector<Change> changes(const Settings& from, const Settings& to)
+{
+    std::vector<Change> out;
+    for (const Key& key : allKeys()) {
+        if (!key.same(from, to)) {
+            out.push_back({key.name, key.live});
+        }
+    }
+    return out;
+}
+
+void applyLive(const Settings& from, Settings& to)
+{
+    for (const Key& key : allKeys()) {
+        if (key.live) {
+            key.copy(from, to);
+        }
+    }
+}
+
 std::vector<KeyInfo> keys()
 {
     std::vector<KeyInfo> out;
     for (const Key& key : allKeys()) {
-        out.push_back({key.name, key.expected});
+        out.push_back({key.name, key.expected, key.live});
     }
     return out;
 }

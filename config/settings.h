@@ -49,6 +49,10 @@ struct Settings {
     struct {
         std::vector<std::string> sinks;
         std::string stats;
+        std::string receipts;
+        std::string metrics;
+        int64_t ringSlots = 4;
+        bool depth = false;
     } output;
     struct {
         int64_t device = -1;
@@ -69,10 +73,21 @@ ig::Result<void> assign(Settings& settings, std::string_view assignment);
 // What holds between several keys: errors (usage) name the key to change.
 ig::Result<void> check(const Settings& settings);
 
+// A key whose value differs.
+struct Change {
+    std::string name;
+    bool live = false; // see KeyInfo
+};
+std::vector<Change> changes(const Settings& from, const Settings& to);
+
+// Copies what may change while the program runs.
+void applyLive(const Settings& from, Settings& to);
+
 // One key as documented: for a table of all keys and the test of the shipped file.
 struct KeyInfo {
     std::string name;     // "section.key"
     std::string expected; // type, unit and range in words
+    bool live = false;    // may change while the program runs
 };
 std::vector<KeyInfo> keys();
 

@@ -1,6 +1,16 @@
 # SPDX-License-Identifier: MIT
 # Tests and benchmarks of ig/gl and ig/out.
 ig_test(test_out SOURCES ${PROJECT_SOURCE_DIR}/tests/test_out.cpp LIBS ig::out)
+ig_test(test_shm_ring SOURCES ${PROJECT_SOURCE_DIR}/tests/test_shm_ring.cpp LIBS ig::out Threads::Threads)
+# The reader's header is C: built as such, and run, from its place in the tree.
+enable_language(C)
+add_executable(frames_in_c ${PROJECT_SOURCE_DIR}/tests/package/frames.c)
+set_target_properties(frames_in_c PROPERTIES C_STANDARD 99 C_EXTENSIONS OFF
+  RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+target_include_directories(frames_in_c PRIVATE ${PROJECT_SOURCE_DIR}/ig/out)
+target_compile_options(frames_in_c PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
+add_test(NAME frames_in_c COMMAND frames_in_c)
+set_tests_properties(frames_in_c PROPERTIES LABELS "unit" TIMEOUT 60)
 ig_test(test_tile_indices SOURCES ${PROJECT_SOURCE_DIR}/tests/gl/test_tile_indices.cpp LIBS ig::gl)
 
 # Render tests have a main of their own, which returns 77 where no context can be made.

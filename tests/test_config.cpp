@@ -65,6 +65,10 @@ TEST_CASE("the shipped file lists every key, with the built-in default as its va
     CHECK(shipped->host.database == builtIn.host.database);
     CHECK(shipped->output.sinks == builtIn.output.sinks);
     CHECK(shipped->output.stats == builtIn.output.stats);
+    CHECK(shipped->output.receipts == builtIn.output.receipts);
+    CHECK(shipped->output.metrics == builtIn.output.metrics);
+    CHECK(shipped->output.depth == builtIn.output.depth);
+    CHECK(shipped->output.ringSlots == builtIn.output.ringSlots);
     CHECK(shipped->graphics.device == builtIn.graphics.device);
     CHECK(shipped->log.level == builtIn.log.level);
 
@@ -102,6 +106,7 @@ TEST_CASE("an error names file, line, key and what was expected")
     CHECK_THAT(errorOf("[view]\nrate_hz = nan\n"), Catch::Contains("expected a number"));
     CHECK_THAT(errorOf("[view]\nrate_hz = inf\n"), Catch::Contains("expected a number"));
     CHECK_THAT(errorOf("[view]\nrate_hz = true\n"), Catch::Contains("expected a number"));
+    CHECK_THAT(errorOf("[output]\ndepth = 1\n"), Catch::Contains("expected true or false"));
     CHECK_THAT(errorOf("[view]\nwidth = 12.5\n"), Catch::Contains("expected an integer"));
     CHECK_THAT(errorOf("[shading]\ntint = \"pink\"\n"), Catch::Contains("\"hypsometric\""));
     CHECK_THAT(errorOf("[output]\nsinks = [\"null\", 3]\n"), Catch::Contains("output.sinks"));

@@ -280,7 +280,7 @@ TEST_CASE("frame rates are written as the fraction that was meant")
 
 TEST_CASE("descriptions that name no sink are usage errors that say what there is")
 {
-    for (const char* bad : {"", "jpeg:x", "png", "y4m", "PNG:x", "nullx", ":", "null:", "shm:name"}) {
+    for (const char* bad : {"", "jpeg:x", "png", "y4m", "PNG:x", "nullx", ":", "null:", "SHM:x"}) {
         CAPTURE(bad);
         const ig::Error error = errorOf(bad);
         CHECK(error.kind == ig::ErrorKind::usage);
@@ -288,6 +288,7 @@ TEST_CASE("descriptions that name no sink are usage errors that say what there i
     }
     CHECK_THAT(errorOf("png:").message, Contains("directory"));
     CHECK_THAT(errorOf("y4m:").message, Contains("file"));
+    CHECK_THAT(errorOf("shm:").message, Contains("name"));
     CHECK_THAT(errorOf("png:x", {0, 4, 60}).message, Contains("0 x 4"));
     const Folder folder;
     CHECK_THAT(errorOf("y4m:" + folder.file("v"), {4, 4, std::nan("")}).message, Contains("rate"));
@@ -304,6 +305,7 @@ TEST_CASE("places that cannot be written to are usage errors that name them")
     CHECK_THAT(errorOf("y4m:" + folder.path.string()).message, Contains("directory"));
     REQUIRE(mkfifo(folder.file("fifo").c_str(), 0600) == 0);
     CHECK_THAT(errorOf("y4m:" + folder.file("fifo")).message, Contains("nobody reads"));
+    CHECK_THAT(errorOf("raw:" + folder.file("fifo")).message, Contains("nobody reads"));
     if (geteuid() == 0)
         WARN("skipped: the check of permissions, which root passes");
     else {
@@ -337,6 +339,60 @@ TEST_CASE("a reader that goes away ends the sink with an error, not the program 
     const auto rgba = noise(64, 64, 1);
     CHECK_THAT(eventualError(*sink, {64, 64, rgba, 0}).message, Contains("reader has gone"));
     CHECK_FALSE(sink->close());
+}
+
+TEST_CASE("raw frames are their bytes and nothing else, into a file or a FIFO")
+{
+    const Folder folder;
+    const auto first = noise(6, 4, 31);
+    const auto second = noise(6, 4, 32);
+    std::string expected;
+    for (const auto& rgba : {first, second})
+        expected.append(reinterpret_cast<const char*>(rgba.data()), rgba.size());
+    const auto store = [&](const std::string& path) {
+        const auto sink = sinkFor("raw:" + path, {6, 4, 60});
+        REQUIRE(sink->write({6, 4, first, 0}));
+        REQUIRE(sink->write({6, 4, second, 1}));
+        const auto stats = sink->close();
+        REQUIRE(stats);
+        CHECK(stats->written == 2);
+        CHECK(sink->stats().written == 2);
+    };
+    store(folder.file("frames.raw"));
+    CHECK((fileBytes(folder.file("frames.raw")) == expected));
+
+    const std::string fifo = folder.file("fifo");
+    REQUIRE(mkfifo(fifo.c_str(), 0600) == 0);
+    const int reader = ::open(fifo.c_str(), O_RDONLY | O_NONBLOCK);
+    REQUIRE(reader >= 0);
+    store(fifo);
+    std::string got(expected.size() + 1, '\0');
+    CHECK(::read(reader, got.data(), got.size()) == static_cast<ssize_t>(expected.size()));
+    got.resize(expected.size());
+    CHECK((got == expected));
+    ::close(reader);
+}
+
+TEST_CASE("a reader that stops reading costs frames, then the end of its sink, not the program's")
+{
+    const Folder folder;
+    for (const char* kind : {"raw:", "y4m:"}) {
+        CAPTURE(kind);
+        const std::string path = folder.file("fifo");
+        REQUIRE(mkfifo(path.c_str(), 0600) == 0);
+        const int reader = ::open(path.c_str(), O_RDONLY | O_NONBLOCK);
+        REQUIRE(reader >= 0);
+        const auto sink = sinkFor(kind + path, {256, 256, 60}); // a frame is larger than a pipe
+        const auto rgba = noise(256, 256, 1);
+        for (uint64_t i = 0; i < 20; ++i)
+            REQUIRE(sink->write({256, 256, rgba, i}));
+        CHECK(sink->stats().dropped >= 15);
+        const auto closed = sink->close();
+        REQUIRE_FALSE(closed);
+        CHECK_THAT(closed.error().message, Contains("does not read"));
+        ::close(reader);
+        fs::remove(path);
+    }
 }
 
 TEST_CASE("a directory that vanishes ends the sink with an error that names the picture")

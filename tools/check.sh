@@ -32,9 +32,9 @@ step "asan: test"
 # Without the benchmarks and the whole programs, which would take minutes.
 ctest --preset asan -LE slow
 
-build tsan --target test_out test_terrain_compiler
+build tsan --target test_out test_receipts test_service test_shm_ring test_terrain_compiler
 step "tsan: test"
-ctest --preset tsan -R '^(test_out|test_terrain_compiler)$'
+ctest --preset tsan -R '^(test_out|test_receipts|test_service|test_shm_ring|test_terrain_compiler)$'
 
 build fuzz --target fuzzers
 for name in fuzz_cigi33 fuzz_session; do
@@ -58,5 +58,6 @@ cmake --install build/dev --prefix "$prefix" >/dev/null
 cmake -S tests/package -B "$prefix/build" -G Ninja -DCMAKE_PREFIX_PATH="$prefix" >/dev/null
 cmake --build "$prefix/build" >/dev/null
 "$prefix/build/consumer"
+"$prefix/build/frames"
 
 step "all checks passed"

@@ -23,6 +23,7 @@ class FrameTimeControl {
 public:
     FrameTimeControl(const lod::BudgetControllerSettings& settings, const Ellipsoid& ellipsoid) noexcept;
 
+    void setLargestBudget(uint32_t triangles) noexcept { _controller.setLargestBudget(triangles); }
     // The budget for a frame of this view, before it is selected.
     uint32_t budgetFor(const ViewState& view) noexcept;
     // The picture of that view; while the frame is still on the clock.

@@ -128,6 +128,7 @@ void HostLink::receive(scene::World& world, double nowS)
     for (const hostif::SessionEvent& event : _session.takeEvents()) {
         if (const auto* frame = std::get_if<hostif::HostFrame>(&event)) {
             _newestArrivalS = frame->arrivalS;
+            _newestFrame = *frame;
         }
         noteView(event);
         if (std::visit(ToWorld{world}, event) != scene::Applied::yes) {

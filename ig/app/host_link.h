@@ -29,6 +29,8 @@ public:
 
     // When the kernel got the newest host message that the last receive() applied; nothing if there was none.
     std::optional<double> newestArrivalS() const noexcept { return _newestArrivalS; }
+    // The newest host message that was ever applied.
+    const std::optional<hostif::HostFrame>& newestFrame() const noexcept { return _newestFrame; }
     hostif::SessionStats sessionStats() const noexcept { return _session.stats(); }
     const hostif::UdpSocket::Stats& socketStats() const noexcept { return _socket.stats(); }
     // Statements that the world refused: no such parent, full, out of range.
@@ -48,6 +50,7 @@ private:
     uint16_t _drawnView;
     bool _notedRefusal = false, _notedOtherView = false, _notedUnsupported = false;
     std::optional<double> _newestArrivalS;
+    std::optional<hostif::HostFrame> _newestFrame;
     uint64_t _refused = 0;
 };
 

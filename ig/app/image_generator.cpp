@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "ig/app/image_generator.h"
 
+#include "ig/app/frame_receipt.h"
+#include "ig/app/log.h"
 #include "ig/app/steady_clock.h"
 #include "ig/geo/attitude.h"
+#include "ig/out/receipt_sink.h"
 
 #include <algorithm>
 #include <cmath>
@@ -46,6 +49,18 @@ gl::RendererSettings rendererSettings(const config::Settings& settings, const da
     return out;
 }
 
+out::SinkFormat sinkFormat(const config::Settings& settings)
+{
+    out::SinkFormat out;
+    out.widthPx = static_cast<int>(settings.view.width);
+    out.heightPx = static_cast<int>(settings.view.height);
+    out.rateHz = settings.view.rateHz;
+    out.ringSlots = static_cast<int>(settings.output.ringSlots);
+    out.depth = settings.output.depth;
+    out.clockNs = steadyNs;
+    return out;
+}
+
 // Above the summits; from much higher up haze would hide all of a large terrain.
 constexpr double kIdleHeightM = 3000;
 
@@ -82,19 +97,30 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
     if (!context) {
         return Unexpected{context.error()};
     }
+    if (settings.output.depth && !context->info().readDepth) {
+        return fail(ErrorKind::graphics,
+                    "output.depth: " + context->info().renderer +
+                        " cannot read depth back (no GL_NV_read_depth); set it to false");
+    }
     auto renderer = gl::Renderer::create(*context, rendererSettings(settings, dataset->info()));
     if (!renderer) {
         return Unexpected{renderer.error()};
     }
     std::vector<NamedSink> sinks;
     for (const std::string& name : settings.output.sinks) {
-        const out::SinkFormat format{static_cast<int>(settings.view.width),
-                                     static_cast<int>(settings.view.height), settings.view.rateHz};
-        auto sink = out::makeSink(name, format);
+        auto sink = out::makeSink(name, sinkFormat(settings));
         if (!sink) {
             return Unexpected{sink.error()};
         }
         sinks.push_back({name, std::move(*sink), {}});
+    }
+    // Last, so that its time of publishing is that of all sinks.
+    if (!settings.output.receipts.empty()) {
+        auto sink = out::makeReceiptSink(settings.output.receipts);
+        if (!sink) {
+            return Unexpected{sink.error()};
+        }
+        sinks.push_back({"receipts:" + settings.output.receipts, std::move(*sink), {}});
     }
     std::unique_ptr<ImageGenerator> generator(new ImageGenerator(settings, log, std::move(*host),
                                                                  std::move(*context), std::move(*renderer),
@@ -115,7 +141,8 @@ ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, H
       _terrain(std::move(dataset), terrainSettings(settings), *_renderer, log),
       _world(_terrain.info().shape.ellipsoid, viewDefaults(settings)),
       _view(idleView(_terrain.info(), settings)), _sinks(std::move(sinks)),
-      _picture(static_cast<size_t>(settings.view.width * settings.view.height) * 4)
+      _picture(static_cast<size_t>(settings.view.width * settings.view.height) * 4),
+      _depthM(settings.output.depth ? _picture.size() / 4 : 0)
 {
     if (settings.terrain.frameTimeMs > 0) {
         const lod::BudgetControllerSettings control{
@@ -140,7 +167,7 @@ ViewState ImageGenerator::currentView()
     return view.value_or(_view);
 }
 
-FrameStats ImageGenerator::frame(int64_t startNs)
+FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
 {
     FrameStats stats;
     stats.number = _frameNumber++;
@@ -156,9 +183,22 @@ FrameStats ImageGenerator::frame(int64_t startNs)
     _terrain.draw(_view, stats);
     const int64_t drawn = steadyNs();
     _renderer->read(_picture);
+    if (!_depthM.empty()) {
+        _renderer->readDepth(_depthM);
+    }
     const int64_t readBack = steadyNs();
     stats.readBackNs = readBack - drawn;
-    handOut(stats.number);
+    out::Receipt receipt = receiptOf(stats, _view, _terrain.info().shape.ellipsoid,
+                                     {startNs, startNs + stats.hostNs, readBack, _settings.view.rateHz},
+                                     _host.newestFrame(), _host.newestArrivalS().has_value());
+    receipt.view_id = static_cast<uint32_t>(_settings.view.id);
+    receipt.triangle_budget = stats.triangleBudget;
+    receipt.dataset_checksum = _terrain.info().checksum;
+    receipt.missed = missedFrames;
+    const hostif::SessionStats session = _host.sessionStats();
+    receipt.host_lost = session.lost;
+    receipt.host_late = session.late;
+    handOut(receipt);
     const int64_t handedOut = steadyNs();
     stats.sinkNs = handedOut - readBack;
     if (const auto arrivalS = _host.newestArrivalS()) {
@@ -175,37 +215,88 @@ FrameStats ImageGenerator::frame(int64_t startNs)
     return stats;
 }
 
-void ImageGenerator::handOut(uint64_t number)
+void ImageGenerator::handOut(out::Receipt& receipt)
 {
-    const out::Frame frame{_view.widthPx, _view.heightPx, _picture, number};
+    for (NamedSink& sink : _sinks) {
+        if (sink.sink) {
+            sink.stats = sink.sink->stats();
+        }
+        receipt.dropped += sink.stats.dropped;
+    }
+    const out::Frame frame{_view.widthPx, _view.heightPx, _picture, receipt.frame, _depthM, &receipt};
     for (NamedSink& sink : _sinks) {
         if (!sink.sink) {
             continue;
         }
+        receipt.publish_ns = steadyNs();
         if (const auto written = sink.sink->write(frame); !written) {
-            _log.write(LogLevel::error, "sink " + sink.name + " ended: " + written.error().message);
-            if (const auto closed = sink.sink->close()) {
-                sink.stats = *closed;
-            }
+            _log.write(
+                LogLevel::error,
+                logLine("sink_ended", {{"sink", sink.name},
+                                       {"reason", written.error().message},
+                                       {"remedy", "the other sinks go on; put it right and start again"}}));
+            sink.stats = sink.sink->stats();
+            (void)sink.sink->close(); // it has said all there is
             sink.sink.reset();
         }
     }
 }
 
+void ImageGenerator::apply(const config::Settings& settings)
+{
+    config::applyLive(settings, _settings);
+    const TerrainSettings terrain = terrainSettings(_settings);
+    _terrain.reconfigure(terrain.selection, terrain.pageLoadsPerFrame);
+    if (_timeControl) {
+        _timeControl->setLargestBudget(terrain.selection.triangleBudget);
+    }
+}
+
+void ImageGenerator::note(Metrics& metrics, uint64_t missedFrames) const
+{
+    metrics.missedFrames = missedFrames;
+    metrics.triangleBudget = static_cast<uint32_t>(_settings.terrain.triangleBudget);
+    metrics.note(_host.sessionStats());
+    metrics.sinks.resize(_sinks.size());
+    for (size_t i = 0; i < _sinks.size(); ++i) {
+        const NamedSink& sink = _sinks[i];
+        metrics.sinks[i] = {sink.sink ? sink.sink->stats() : sink.stats, sink.sink != nullptr};
+    }
+}
+
+std::vector<std::string> ImageGenerator::sinkNames() const
+{
+    std::vector<std::string> names;
+    for (const NamedSink& sink : _sinks) {
+        names.push_back(sink.name);
+    }
+    return names;
+}
+
 RunSummary ImageGenerator::finish(uint64_t missedFrames, double durationS)
 {
-    RunSummary run;
     for (NamedSink& sink : _sinks) {
         if (sink.sink) {
+            const out::SinkStats before = sink.sink->stats();
             const auto closed = sink.sink->close();
-            if (closed) {
-                sink.stats = *closed;
-            } else {
-                _log.write(LogLevel::error, "sink " + sink.name + ": " + closed.error().message);
+            sink.stats = closed ? *closed : before;
+            if (!closed) {
+                _log.write(LogLevel::error,
+                           logLine("sink_end_failed", {{"sink", sink.name},
+                                                       {"reason", closed.error().message},
+                                                       {"remedy", "its last frames are lost"}}));
             }
             sink.sink.reset();
         }
-        run.sinks.push_back({sink.name, sink.stats});
+    }
+    return summary(missedFrames, durationS);
+}
+
+RunSummary ImageGenerator::summary(uint64_t missedFrames, double durationS) const
+{
+    RunSummary run;
+    for (const NamedSink& sink : _sinks) {
+        run.sinks.push_back({sink.name, sink.sink ? sink.sink->stats() : sink.stats});
     }
     run.rateHz = _settings.view.rateHz;
     run.durationS = durationS;

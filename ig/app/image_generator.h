@@ -9,6 +9,7 @@
 #include "ig/app/frame_stats.h"
 #include "ig/app/frame_time_control.h"
 #include "ig/app/host_link.h"
+#include "ig/app/metrics.h"
 #include "ig/app/run_statistics.h"
 #include "ig/app/terrain_engine.h"
 #include "ig/base/log.h"
@@ -32,13 +33,21 @@ public:
     // sinks and loads what the first picture needs. Errors: of whichever part, ready to print.
     static Result<std::unique_ptr<ImageGenerator>> create(const config::Settings& settings, LogSink& log);
 
-    // Makes one frame. startNs: when it starts, steady clock.
-    FrameStats frame(int64_t startNs);
+    // Makes one frame. startNs: when it starts, steady clock; missedFrames: so far, for its receipt.
+    FrameStats frame(int64_t startNs, uint64_t missedFrames = 0);
 
-    // Finishes the sinks and sums up. missed and durationS come from whoever kept the time.
+    // Takes over what may change while running (config::applyLive), between two frames.
+    void apply(const config::Settings& settings);
+
+    // The state of the run so far. missed and durationS come from whoever kept the time.
+    RunSummary summary(uint64_t missedFrames, double durationS) const;
+    // Finishes the sinks and sums up.
     RunSummary finish(uint64_t missedFrames, double durationS);
 
     const RunStatistics& statistics() const noexcept { return _statistics; }
+    // Everything but what frames add; allocates nothing once warm.
+    void note(Metrics& metrics, uint64_t missedFrames) const;
+    std::vector<std::string> sinkNames() const;
     // One line: what is drawn with what, and where the host is expected.
     std::string description() const;
 
@@ -54,7 +63,7 @@ private:
                    std::vector<NamedSink> sinks);
     void warmUp(); // a picture for nobody: drivers compile at the first draw
     ViewState currentView();
-    void handOut(uint64_t number);
+    void handOut(out::Receipt& receipt);
 
     config::Settings _settings;
     LogSink& _log;
@@ -67,6 +76,7 @@ private:
     ViewState _view; // the last one drawn; at first above the middle of the terrain
     std::vector<NamedSink> _sinks;
     std::vector<std::byte> _picture;
+    std::vector<float> _depthM; // empty: nobody wants it
     RunStatistics _statistics;
     uint64_t _frameNumber = 0;
 };

@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "ig/app/log.h"
 
+#include "ig/app/log_limiter.h"
+#include "ig/app/steady_clock.h"
+
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <mutex>
 
 namespace ig::app {
 
@@ -23,25 +29,86 @@ spdlog::level::level_enum levelOf(LogLevel level)
     return spdlog::level::info;
 }
 
-class StandardError final : public LogSink {
+// As it stands if it is one plain word, else in quotes, on one line.
+std::string valueText(std::string_view value)
+{
+    const auto plain = [](char c) { return c > ' ' && c < '\x7f' && c != '"' && c != '=' && c != '\\'; };
+    if (!value.empty() && std::all_of(value.begin(), value.end(), plain)) {
+        return std::string(value);
+    }
+    std::string text = "\"";
+    for (const char c : value) {
+        if (c == '"' || c == '\\') {
+            text += '\\';
+        }
+        text += static_cast<unsigned char>(c) < ' ' || c == '\x7f' ? ' ' : c;
+    }
+    return text + '"';
+}
+
+class StandardError final : public Log {
 public:
     explicit StandardError(const std::string& level)
         : _logger("eyepoint-ig", std::make_shared<spdlog::sinks::stderr_sink_mt>())
     {
-        _logger.set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
-        _logger.set_level(spdlog::level::from_str(level));
+        _logger.set_pattern("time=%Y-%m-%dT%H:%M:%S.%eZ level=%l %v", spdlog::pattern_time_type::utc);
+        setLevel(level);
     }
-    void write(LogLevel level, std::string_view line) override { _logger.log(levelOf(level), line); }
+    void setLevel(const std::string& level) override { _logger.set_level(spdlog::level::from_str(level)); }
+    void write(LogLevel level, std::string_view line) override
+    {
+        if (!_logger.should_log(levelOf(level))) {
+            return;
+        }
+        LogLimiter::Verdict verdict;
+        {
+            const std::lock_guard lock(_mutex);
+            verdict = _limiter.admit(logKind(line), steadyNs());
+        }
+        if (!verdict.write) {
+            return;
+        }
+        std::string text = line.starts_with("event=") ? std::string(line) : logLine("note", {{"msg", line}});
+        if (verdict.suppressed > 0) {
+            text += " suppressed=" + std::to_string(verdict.suppressed);
+        }
+        _logger.log(levelOf(level), text);
+    }
+    uint64_t suppressed() const override
+    {
+        const std::lock_guard lock(_mutex);
+        return _limiter.suppressed();
+    }
+    void finish() override
+    {
+        const std::lock_guard lock(_mutex);
+        _limiter.drain([&](const std::string& kind, uint64_t count) {
+            _logger.log(spdlog::level::warn,
+                        logLine("suppressed", {{"kind", kind}, {"count", std::to_string(count)}}));
+        });
+    }
 
 private:
     spdlog::logger _logger;
+    mutable std::mutex _mutex;
+    LogLimiter _limiter;
 };
 
 } // namespace
 
-std::unique_ptr<LogSink> makeLog(const std::string& level)
+std::unique_ptr<Log> makeLog(const std::string& level)
 {
     return std::make_unique<StandardError>(level);
+}
+
+std::string logLine(std::string_view event,
+                    std::initializer_list<std::pair<std::string_view, std::string_view>> fields)
+{
+    std::string line = "event=" + std::string(event);
+    for (const auto& [key, value] : fields) {
+        line.append(" ").append(key).append("=") += valueText(value);
+    }
+    return line;
 }
 
 } // namespace ig::app

@@ -27,6 +27,28 @@ TerrainEngine::TerrainEngine(data::Dataset dataset, const TerrainSettings& setti
     _loaded.reserve();
 }
 
+void TerrainEngine::reconfigure(const lod::SelectionSettings& selection, uint32_t pageLoadsPerFrame)
+{
+    _settings.selection = selection;
+    _settings.pageLoadsPerFrame = pageLoadsPerFrame;
+    _selector = lod::makeSelector(_dataset.info().shape, _dataset.pages(), _settings.pageSlots, selection);
+    const std::span<const int32_t> slotOfPage = _slots.slotOfPage();
+    for (uint32_t page = 0; page < slotOfPage.size(); ++page) { // parents have the smaller numbers
+        if (slotOfPage[page] >= 0) {
+            addToSelector(page, static_cast<uint32_t>(slotOfPage[page]));
+        }
+    }
+}
+
+void TerrainEngine::addToSelector(uint32_t page, uint32_t slot)
+{
+    const data::DatasetInfo& info = _dataset.info();
+    const data::PageHeights& heights = _heights[slot];
+    _selector->addPage(
+        page, slot,
+        {heights.post, info.heightScaleM, info.heightOffsetM, heights.errorCode, heights.radiusCode});
+}
+
 Result<void> TerrainEngine::preload(const ViewState& view)
 {
     select(view);
@@ -173,10 +195,7 @@ uint64_t TerrainEngine::loadPage(uint32_t page)
         _selector->removePage(static_cast<uint32_t>(evicted), slot);
     }
     std::swap(_heights[slot], _loaded);
-    const data::PageHeights& heights = _heights[slot];
-    _selector->addPage(
-        page, slot,
-        {heights.post, info.heightScaleM, info.heightOffsetM, heights.errorCode, heights.radiusCode});
+    addToSelector(page, slot);
     return _renderer.upload(slot, _mesh);
 }
 

@@ -43,6 +43,9 @@ public:
     // draw calls. Fills selectNs, loadNs, pageIns, bytesUploaded, drawNs, triangleBudget and lod.
     void draw(const ViewState& view, FrameStats& stats);
 
+    // Another budget and tolerance, and the same method, from the next draw() on; between frames, allocates.
+    void reconfigure(const lod::SelectionSettings& selection, uint32_t pageLoadsPerFrame);
+
     const data::DatasetInfo& info() const noexcept { return _dataset.info(); }
     const lod::DrawList& drawList() const noexcept { return _list; }
     std::span<const int32_t> slotOfPage() const noexcept { return _slots.slotOfPage(); }
@@ -53,6 +56,7 @@ private:
     uint32_t load(FrameStats& stats);
     void loadAhead(FrameStats& stats);
     uint64_t loadPage(uint32_t page);
+    void addToSelector(uint32_t page, uint32_t slot);
     void select(const ViewState& view);
 
     data::Dataset _dataset;

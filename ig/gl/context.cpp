@@ -144,6 +144,7 @@ void Context::Impl::loadExtensions(const ContextSettings& settings)
         hasExtension(list.c_str(), "GL_EXT_draw_elements_base_vertex"))
         extensions.multiDrawElementsBaseVertex =
             entryPoint<PFNGLMULTIDRAWELEMENTSBASEVERTEXEXTPROC>("glMultiDrawElementsBaseVertexEXT");
+    info.readDepth = hasExtension(list.c_str(), "GL_NV_read_depth");
     info.clipControl = extensions.clipControl != nullptr;
     info.baseVertex = extensions.multiDrawElementsBaseVertex != nullptr;
 

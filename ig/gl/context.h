@@ -24,6 +24,7 @@ struct ContextInfo {
     std::string platform;                  // "device", "surfaceless" or "default"
     std::string vendor, renderer, version; // GL's strings
     bool clipControl = false;              // EXT_clip_control: 0..1 clip range
+    bool readDepth = false;                // NV_read_depth: the depth buffer can be read back
     bool baseVertex = false;               // draws with a base vertex: the whole terrain in a few calls
 };
 

@@ -35,6 +35,14 @@ public:
 
     void read(std::span<std::byte> rgba) override { _target.read(rgba); }
 
+    void readDepth(std::span<float> depthM) override
+    {
+        _target.readDepth(depthM);
+        const auto nearM = static_cast<float>(_nearM);
+        for (float& value : depthM)
+            value = nearM / value; // reversed, infinite projection: 0, the sky, gives infinity
+    }
+
     double depthAt(int xPx, int yPx) override
     {
         const double depth = _target.depthAt(xPx, yPx);

@@ -56,6 +56,11 @@ void NullRenderer::read(std::span<std::byte> rgba)
     std::fill(rgba.begin(), rgba.end(), static_cast<std::byte>(_counts.draws & 255U));
 }
 
+void NullRenderer::readDepth(std::span<float> depthM)
+{
+    std::fill(depthM.begin(), depthM.end(), std::numeric_limits<float>::infinity());
+}
+
 double NullRenderer::depthAt(int, int)
 {
     return std::numeric_limits<double>::infinity();

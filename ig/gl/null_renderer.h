@@ -27,7 +27,8 @@ public:
     void draw(const ViewState& view, const lod::DrawList& list, std::span<const int32_t> slotOfPage) override;
     // Fills with the low byte of the number of draws, so that frames differ.
     void read(std::span<std::byte> rgba) override;
-    double depthAt(int xPx, int yPx) override; // infinity
+    void readDepth(std::span<float> depthM) override; // infinity
+    double depthAt(int xPx, int yPx) override;        // infinity
     uint64_t gpuBytes() const noexcept override { return 0; }
 
     const Counts& counts() const noexcept { return _counts; }

@@ -59,6 +59,10 @@ public:
     // 255 where terrain is drawn and 0 where there is sky.
     virtual void read(std::span<std::byte> rgba) = 0;
 
+    // As read(), of distances: metres along the viewing axis, infinity for sky, widthPx * heightPx values,
+    // top row first. Only where ContextInfo::readDepth says so.
+    virtual void readDepth(std::span<float> depthM) = 0;
+
     // Distance (m, along the viewing axis) of what is drawn at a pixel, row 0 on top; infinity for sky.
     // Slow, for tests.
     virtual double depthAt(int xPx, int yPx) = 0;

@@ -85,6 +85,13 @@ void Target::read(std::span<std::byte> rgba) const
     glReadPixels(0, 0, _widthPx, _heightPx, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
 }
 
+void Target::readDepth(std::span<float> depth) const
+{
+    assert(depth.size() >= static_cast<size_t>(_widthPx) * static_cast<size_t>(_heightPx));
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, _framebuffer.name());
+    glReadPixels(0, 0, _widthPx, _heightPx, GL_DEPTH_COMPONENT, GL_FLOAT, depth.data());
+}
+
 bool Target::makeProbe()
 {
     const ShaderPair source = depthProbeShaders();

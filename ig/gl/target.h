@@ -24,6 +24,9 @@ public:
     // Waits for the picture. rgba.size() is at least width * height * 4 (asserted).
     void read(std::span<std::byte> rgba) const;
 
+    // As read(), of the depth buffer's values (NV_read_depth); width * height of them (asserted).
+    void readDepth(std::span<float> depth) const;
+
     // Depth-buffer value of a pixel. Compiles its program on first use.
     float depthAt(int xPx, int yPx);
 

@@ -11,6 +11,7 @@
 
 #include "ig/lod/frame_cost_model.h"
 
+#include <algorithm>
 #include <cstdint>
 
 namespace ig::lod {
@@ -24,6 +25,14 @@ struct BudgetControllerSettings {
 class BudgetController {
 public:
     explicit BudgetController(const BudgetControllerSettings& settings) noexcept;
+
+    // Another hard limit; the smallest budget follows where it would be above.
+    void setLargestBudget(uint32_t triangles) noexcept
+    {
+        _settings.largestBudget = triangles;
+        _settings.smallestBudget = std::min(_settings.smallestBudget, triangles);
+        _budget = std::min(_budget, triangles);
+    }
 
     // The budget for the frame that is about to be selected. terrainShare: the part of the picture that
     // terrain is expected to fill, 0 .. 1. The first frames get the smallest budget.

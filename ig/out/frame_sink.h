@@ -5,6 +5,7 @@
 #pragma once
 
 #include "ig/base/result.h"
+#include "ig/out/receipt.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -18,8 +19,10 @@ namespace ig::out {
 struct Frame {
     int widthPx = 0;
     int heightPx = 0;
-    std::span<const std::byte> rgba; // widthPx * heightPx * 4 bytes
-    uint64_t number = 0;             // counts rendered frames from 0
+    std::span<const std::byte> rgba;  // widthPx * heightPx * 4 bytes
+    uint64_t number = 0;              // counts rendered frames from 0
+    std::span<const float> depthM{};  // widthPx * heightPx, or empty; see eyepoint_frames.h for what it means
+    const Receipt* receipt = nullptr; // nothing: only the number is known of this frame
 };
 
 struct SinkStats {
@@ -33,6 +36,8 @@ public:
     // Takes the frame. An error ends this sink, not the image generator: the caller reports it once and
     // stops calling.
     virtual Result<void> write(const Frame& frame) = 0;
+    // So far; may be called from the thread that writes.
+    virtual SinkStats stats() const = 0;
     // Waits until everything taken is stored, then closes. Called once, last.
     virtual Result<SinkStats> close() = 0;
 };
@@ -41,14 +46,20 @@ public:
 struct SinkFormat {
     int widthPx = 0;
     int heightPx = 0;
-    double rateHz = 60; // frames per second, written into video headers
+    double rateHz = 60; // frames per second, written into headers
+    int ringSlots = 4;  // of shm:NAME, 2 to 64
+    bool depth = false; // frames come with depth; shm:NAME has a plane for it
+    // CLOCK_MONOTONIC, ns: the clock of receipts. Must be set for shm:NAME.
+    int64_t (*clockNs)() = nullptr;
 };
 
 // Makes the sink that a --sink argument names:
 //   null        takes frames and does nothing
 //   png:DIR     DIR/frame_000000.png ...; the directory is made when missing
 //   y4m:FILE    uncompressed YUV 4:2:0 video (BT.601 limited range); FILE "-" is standard output
-// Errors (usage): an unknown kind, an empty name, a directory or file that cannot be made.
+//   raw:FILE    RGBA8 frames one after another, nothing between; FILE "-" is standard output
+//   shm:NAME    a ring in shared memory, read with eyepoint_frames.h; see shm_ring.h
+// Errors (usage): an unknown kind, an empty name, a directory, file or ring that cannot be made.
 Result<std::unique_ptr<FrameSink>> makeSink(std::string_view description, const SinkFormat& format);
 
 } // namespace ig::out

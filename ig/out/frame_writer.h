@@ -13,6 +13,8 @@ public:
     virtual Result<void> write(const Frame& frame) = 0;
     // After the last frame; not called after an error.
     virtual Result<void> finish() = 0;
+    // From another thread, at the end: a write() that waits for a reader is to fail instead.
+    virtual void giveUp() noexcept {}
 };
 
 } // namespace ig::out

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "ig/out/queued_sink.h"
 
+#include "ig/base/thread_signals.h"
+
 #include <fmt/format.h>
 
-#include <csignal>
 #include <cstring>
 
 namespace ig::out {
@@ -31,13 +32,22 @@ QueuedSink::~QueuedSink()
 
 void QueuedSink::stop()
 {
+    if (!_thread.joinable())
+        return;
     {
-        const std::lock_guard lock(_mutex);
+        std::unique_lock lock(_mutex);
         _closing = true;
+        _changed.notify_one();
+        // As long as frames get away; a reader that has stopped does not hold up the end.
+        uint64_t written = 0;
+        do {
+            written = _stats.written;
+            _ended.wait_for(lock, kDrainTime, [this] { return _done; });
+        } while (!_done && _stats.written != written);
+        if (!_done)
+            _writer->giveUp();
     }
-    _changed.notify_one();
-    if (_thread.joinable())
-        _thread.join();
+    _thread.join();
 }
 
 Result<void> QueuedSink::write(const Frame& frame)
@@ -70,6 +80,12 @@ Result<void> QueuedSink::write(const Frame& frame)
     return {};
 }
 
+SinkStats QueuedSink::stats() const
+{
+    const std::lock_guard lock(_mutex);
+    return _stats;
+}
+
 Result<SinkStats> QueuedSink::close()
 {
     stop();
@@ -80,14 +96,9 @@ Result<SinkStats> QueuedSink::close()
 
 void QueuedSink::run()
 {
-    // SIGPIPE goes to the thread that wrote.
-    sigset_t pipe;
-    sigemptyset(&pipe);
-    sigaddset(&pipe, SIGPIPE);
-    pthread_sigmask(SIG_BLOCK, &pipe, nullptr);
-
+    leaveSignalsToMain();
     std::unique_lock lock(_mutex);
-    while (true) {
+    while (!_error) {
         _changed.wait(lock, [this] { return _count > 0 || _closing; });
         if (_count == 0)
             break;
@@ -98,17 +109,21 @@ void QueuedSink::run()
         lock.lock();
         if (!written) {
             _error = written.error();
-            return;
+            break;
         }
         ++_stats.written;
         _first = (_first + 1) % _ring.size();
         --_count;
     }
-    lock.unlock();
-    const Result<void> finished = _writer->finish();
-    lock.lock();
-    if (!finished)
-        _error = finished.error();
+    if (!_error) {
+        lock.unlock();
+        const Result<void> finished = _writer->finish();
+        lock.lock();
+        if (!finished)
+            _error = finished.error();
+    }
+    _done = true;
+    _ended.notify_one();
 }
 
 } // namespace ig::out

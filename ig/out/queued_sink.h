@@ -4,6 +4,7 @@
 
 #include "ig/out/frame_writer.h"
 
+#include <chrono>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -14,16 +15,19 @@
 namespace ig::out {
 
 // write() copies the frame into a free buffer of the ring, made beforehand, or drops it when there is none;
-// it never waits for the writer. The writer's thread has SIGPIPE blocked: a closed pipe is an error value.
+// it never waits for the writer. At the end the queue is drained; a writer that gets nothing stored for
+// kDrainTime is told to give up.
 class QueuedSink final : public FrameSink {
 public:
     static constexpr size_t kQueuedFrames = 4;
+    static constexpr std::chrono::seconds kDrainTime{2};
 
     QueuedSink(std::unique_ptr<FrameWriter> writer, const SinkFormat& format);
     ~QueuedSink() override;
 
     // Errors: what the writer failed with, once it did; (usage) a frame that is not of the format's size.
     Result<void> write(const Frame& frame) override;
+    SinkStats stats() const override;
     Result<SinkStats> close() override;
 
 private:
@@ -39,11 +43,12 @@ private:
     const SinkFormat _format;
     std::vector<Slot> _ring;
 
-    std::mutex _mutex; // held for a few instructions only: guards what follows
-    std::condition_variable _changed;
+    mutable std::mutex _mutex; // held for a few instructions only: guards what follows
+    std::condition_variable _changed, _ended;
     size_t _first = 0; // oldest frame in the ring; the writer may be reading it
     size_t _count = 0;
     bool _closing = false;
+    bool _done = false; // the thread stores nothing more
     std::optional<Error> _error;
     SinkStats _stats;
 

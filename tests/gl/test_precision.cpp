@@ -5,8 +5,10 @@
 #include <catch2/catch.hpp>
 #include <glm/matrix.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace {
 
@@ -48,6 +50,14 @@ TEST_CASE("the depth of a wall is its distance, from 1 m to 500 km, anywhere on 
                 for (const int x : {0, 320, 639})
                     CHECK(stage.renderer().depthAt(x, 240) ==
                           Approx(distanceM).margin(toleranceM).epsilon(0));
+                if (!stage.info().readDepth)
+                    continue;
+                std::vector<float> plane(size_t{kWidthPx} * kHeightPx);
+                stage.renderer().readDepth(plane);
+                for (const int x : {0, 320, 639}) {
+                    const double depthM = plane[size_t{240} * kWidthPx + static_cast<size_t>(x)];
+                    CHECK(depthM == Approx(stage.renderer().depthAt(x, 240)).epsilon(2e-7));
+                }
             }
         }
     }
@@ -59,6 +69,13 @@ TEST_CASE("the depth of the sky is infinite", "[gl]")
         Stage stage(settings(), context);
         stage.draw(viewFrom(kPlaces[0], {}, 1.0, kWidthPx, kHeightPx), {}, {});
         CHECK(stage.renderer().depthAt(320, 240) == std::numeric_limits<double>::infinity());
+        if (!stage.info().readDepth) {
+            WARN("skipped: depth planes, since this driver lacks GL_NV_read_depth");
+            continue;
+        }
+        std::vector<float> plane(size_t{kWidthPx} * kHeightPx);
+        stage.renderer().readDepth(plane);
+        CHECK(std::all_of(plane.begin(), plane.end(), [](float depthM) { return std::isinf(depthM); }));
     }
 }
 

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#include "ig/app/metrics.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iterator>
+
+namespace ig::app {
+
+namespace {
+
+class Text {
+public:
+    void head(const char* name, const char* type, const char* help)
+    {
+        fmt::format_to(end(), "# HELP eyepoint_{} {}\n# TYPE eyepoint_{} {}\n", name, help, name, type);
+    }
+    template <class Number>
+    void value(const char* name, Number number, const std::string& labels = "")
+    {
+        fmt::format_to(end(), "eyepoint_{}{} {}\n", name, labels, number);
+    }
+    template <class Number>
+    void counter(const char* name, Number number, const char* help)
+    {
+        head(name, "counter", help);
+        value(name, number);
+    }
+    template <class Number>
+    void gauge(const char* name, Number number, const char* help)
+    {
+        head(name, "gauge", help);
+        value(name, number);
+    }
+    void histogram(const char* name, const StepHistogram& steps, const char* help)
+    {
+        head(name, "histogram", help);
+        uint64_t sum = 0;
+        for (size_t i = 0; i < steps.count.size(); ++i) {
+            sum += steps.count[i];
+            const std::string edge =
+                i < StepHistogram::kUpToS.size() ? fmt::format("{}", StepHistogram::kUpToS[i]) : "+Inf";
+            fmt::format_to(end(), "eyepoint_{}_bucket{{le=\"{}\"}} {}\n", name, edge, sum);
+        }
+        fmt::format_to(end(), "eyepoint_{}_sum {}\neyepoint_{}_count {}\n", name, steps.sumS, name, sum);
+    }
+    std::string take() { return std::move(_text); }
+
+private:
+    std::back_insert_iterator<std::string> end() { return std::back_inserter(_text); }
+    std::string _text;
+};
+
+std::string sinkLabel(const std::string& name)
+{
+    std::string label = "{sink=\"";
+    for (const char c : name) {
+        if (c == '\n') {
+            label += "\\n";
+            continue;
+        }
+        if (c == '"' || c == '\\') {
+            label += '\\';
+        }
+        label += c;
+    }
+    return label + "\"}";
+}
+
+uint64_t residentBytes()
+{
+    unsigned long pages = 0;
+    if (std::FILE* file = std::fopen("/proc/self/statm", "re")) {
+        if (std::fscanf(file, "%*s %lu", &pages) != 1) {
+            pages = 0;
+        }
+        std::fclose(file);
+    }
+    return pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+} // namespace
+
+void StepHistogram::add(int64_t durationNs) noexcept
+{
+    const double durationS = static_cast<double>(std::max<int64_t>(durationNs, 0)) * 1e-9;
+    const auto* step = std::lower_bound(kUpToS.begin(), kUpToS.end(), durationS);
+    ++count[static_cast<size_t>(step - kUpToS.begin())];
+    sumS += durationS;
+}
+
+void Metrics::add(const FrameStats& frame) noexcept
+{
+    ++frames;
+    frameTime.add(frame.frameNs);
+    sinkTime.add(frame.sinkNs);
+    if (frame.transportDelayNs >= 0) {
+        transportDelay.add(frame.transportDelayNs);
+    }
+    framesWithMissingTiles += frame.lod.tilesMissing > 0 ? 1 : 0;
+    pageIns += frame.pageIns;
+    bytesUploaded += frame.bytesUploaded;
+    triangles = frame.lod.triangles;
+    tauPx = frame.lod.tauPx;
+    errorPx = frame.lod.errorPx;
+}
+
+void Metrics::note(const hostif::SessionStats& host) noexcept
+{
+    datagrams = host.datagrams;
+    accepted = host.accepted;
+    lost = host.lost;
+    late = host.late;
+    refused = host.datagrams - host.accepted;
+}
+
+std::string metricsText(const Metrics& m, const std::vector<std::string>& sinkNames)
+{
+    Text text;
+    text.counter("frames_total", m.frames, "Frames drawn.");
+    text.counter("missed_frames_total", m.missedFrames, "Periods without a frame of their own.");
+    text.histogram("frame_seconds", m.frameTime, "Time a frame took.");
+    text.histogram("sink_seconds", m.sinkTime, "Time a frame took to be handed out.");
+    text.histogram("transport_delay_seconds", m.transportDelay,
+                   "From the kernel's receipt of a host message to its frame handed out.");
+    text.gauge("triangles", m.triangles, "Triangles of the newest frame.");
+    text.gauge("triangle_budget", m.triangleBudget, "Triangles that a frame may have.");
+    text.gauge("tolerance_pixels", m.tauPx, "Tolerance that the budget allowed, newest frame.");
+    text.gauge("error_pixels", m.errorPx, "Bound of the projected error, newest frame.");
+    text.counter("frames_with_missing_tiles_total", m.framesWithMissingTiles,
+                 "Frames with tiles drawn by an ancestor.");
+    text.counter("page_ins_total", m.pageIns, "Terrain pages loaded.");
+    text.counter("uploaded_bytes_total", m.bytesUploaded, "Bytes handed to the GPU for pages.");
+    text.counter("host_datagrams_total", m.datagrams, "Datagrams received.");
+    text.counter("host_accepted_total", m.accepted, "Datagrams accepted.");
+    text.counter("host_refused_total", m.refused, "Datagrams not accepted.");
+    text.counter("host_lost_total", m.lost, "Host messages that never came.");
+    text.counter("host_late_total", m.late, "Host messages that came too late.");
+    text.counter("log_suppressed_total", m.logSuppressed, "Log lines left out for their rate.");
+    text.gauge("resident_bytes", residentBytes(), "Memory held.");
+    const size_t sinks = std::min(m.sinks.size(), sinkNames.size());
+    text.head("sink_written_total", "counter", "Frames that a sink stored or published.");
+    for (size_t i = 0; i < sinks; ++i) {
+        text.value("sink_written_total", m.sinks[i].stats.written, sinkLabel(sinkNames[i]));
+    }
+    text.head("sink_dropped_total", "counter", "Frames that a sink had no room for.");
+    for (size_t i = 0; i < sinks; ++i) {
+        text.value("sink_dropped_total", m.sinks[i].stats.dropped, sinkLabel(sinkNames[i]));
+    }
+    text.head("sink_up", "gauge", "1 while a sink works, 0 once it has ended.");
+    for (size_t i = 0; i < sinks; ++i) {
+        text.value("sink_up", m.sinks[i].lives ? 1 : 0, sinkLabel(sinkNames[i]));
+    }
+    return text.take();
+}
+
+} // namespace ig::app
