@@ -241,6 +241,63 @@ TEST_CASE("too few slots draw a coarser picture, and no page in use is replaced"
     CHECK(renderer.counts().badTiles == 0);
 }
 
+namespace {
+
+// Keeps what was uploaded.
+class KeepingRenderer final : public gl::Renderer {
+public:
+    explicit KeepingRenderer(uint32_t slots) : vertices(slots) {}
+    uint64_t upload(uint32_t slot, const data::PageMesh& mesh) override
+    {
+        vertices[slot] = mesh.vertex;
+        return 1;
+    }
+    void draw(const ViewState&, const lod::DrawList&, std::span<const int32_t>) override {}
+    void read(std::span<std::byte>) override {}
+    double depthAt(int, int) override { return 0; }
+    uint64_t gpuBytes() const noexcept override { return 0; }
+
+    std::vector<std::vector<EcefPos>> vertices; // by slot
+};
+
+} // namespace
+
+TEST_CASE("pages that come and go are always decoded on top of their own parent")
+{
+    const test::TempDir dir;
+    CollectedLog log;
+    app::TerrainSettings settings = smallSettings();
+    settings.pageSlots = 14; // far fewer than the views want
+    KeepingRenderer renderer(settings.pageSlots);
+    const std::string path = makeDataset(dir);
+    app::TerrainEngine engine(openDataset(path), settings, renderer, log);
+    const data::Dataset dataset = openDataset(path);
+    data::PageReader reader(dataset);
+    data::PageMesh expected;
+    uint32_t pageIns = 0;
+    for (int i = 0; i < 60; ++i) {
+        app::FrameStats stats;
+        engine.draw(lookNorth(engine.info(), 500 + 40 * (i % 7), 0.9 * i), stats);
+        engine.load(stats);
+        pageIns += stats.pageIns;
+        for (uint32_t page = 0; page < dataset.pages().size(); ++page) {
+            const int32_t slot = engine.slotOfPage()[page];
+            if (slot < 0) {
+                continue;
+            }
+            const auto heights = reader.read(page);
+            REQUIRE(heights);
+            data::buildPageMesh(dataset.info(), dataset.pages()[page], **heights, {}, expected);
+            const std::vector<EcefPos>& uploaded = renderer.vertices[static_cast<size_t>(slot)];
+            REQUIRE(std::equal(expected.vertex.begin(), expected.vertex.end(), uploaded.begin(),
+                               uploaded.end(),
+                               [](const EcefPos& a, const EcefPos& b) { return a.m == b.m; }));
+        }
+    }
+    CHECK(pageIns > 2 * settings.pageSlots);
+    CHECK(log.lines.empty());
+}
+
 TEST_CASE("a damaged page is reported once and drawn by its ancestor; a damaged root ends the start")
 {
     const test::TempDir dir;

@@ -15,6 +15,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <utility>
 
 namespace ig::terrain {
 
@@ -23,8 +24,8 @@ namespace {
 using data::postColumn;
 using data::postRow;
 
-// Pages made between two writes; also what the grid's memory is kept for. Coarse ones reach over so much of
-// it that they go in small batches.
+// Pages made between two writes; also what the grid's memory is kept for. Coarse ones, and those along its
+// end, reach over so much of it that they go in small batches.
 constexpr size_t kBatchPages = 512;
 constexpr size_t kCoarseBatchPages = 16;
 constexpr int kFineDepths = 2;
@@ -226,9 +227,17 @@ Result<void> Compiler::measurePages(CodePlanes& planes)
     const uint32_t down = pagesOver(uint64_t{shape.rows} - 1);
     const uint32_t paddedAcross = pagesOver(uint64_t{shape.cols} - 1 + CodePlanes::kFinestMargin);
     const uint32_t paddedDown = pagesOver(uint64_t{shape.rows} - 1 + CodePlanes::kFinestMargin);
+    std::vector<std::pair<uint32_t, uint32_t>> padding;
     for (uint32_t y = 0; y < paddedDown; ++y)
         for (uint32_t x = y < down ? across : 0; x < paddedAcross; ++x)
-            measurers[0].measurePadding(x, y);
+            padding.emplace_back(x, y);
+    for (size_t done = 0; done < padding.size(); done += kCoarseBatchPages) {
+        parallelFor(std::min(kCoarseBatchPages, padding.size() - done), [&](size_t i, unsigned worker) {
+            measurers[worker].measurePadding(padding[done + i].first, padding[done + i].second);
+        });
+        _grid.release();
+        planes.release();
+    }
     return planes.nest(_grid, _trig, _monitor);
 }
 
