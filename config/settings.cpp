@@ -167,6 +167,9 @@ const std::vector<Key>& allKeys()
         k.push_back(text(
             "host.peer", "a string, ADDRESS:PORT of the only host to believe, empty for any",
             [](auto& s) -> auto& { return s.host.peer; }));
+        k.push_back(choice(
+            "host.protocol", {"auto", "cigi3", "cigi4", "fgnet"},
+            [](auto& s) -> auto& { return s.host.protocol; }));
         k.push_back(number(
             "host.timeout_s", 0.01, 3600, "seconds", [](auto& s) -> auto& { return s.host.timeoutS; }));
         k.push_back(integer(

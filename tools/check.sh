@@ -37,7 +37,7 @@ step "tsan: test"
 ctest --preset tsan -R '^(test_out|test_terrain_compiler)$'
 
 build fuzz --target fuzzers
-for name in fuzz_cigi33 fuzz_session; do
+for name in fuzz_cigi33 fuzz_cigi40 fuzz_fgnet fuzz_session; do
   step "fuzz: $name, $fuzz_seconds s"
   found=$(mktemp -d)
   "build/fuzz/tests/$name" -max_total_time="$fuzz_seconds" -max_len=3000 -print_final_stats=1 -artifact_prefix="$found/" \

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "ig/app/host_link.h"
 
+#include "hostif/protocol.h"
+
 #include <algorithm>
 
 namespace ig::app {
@@ -25,6 +27,23 @@ std::optional<double> widened(const std::optional<float>& value)
     return value ? std::optional<double>(*value) : std::nullopt;
 }
 
+// Position and attitude, which an EntityControl and an EntityPosition say in the same words.
+template <class Message>
+scene::EntityState entityState(const Message& in)
+{
+    scene::EntityState state;
+    state.id = in.entityId;
+    state.attached = in.attached;
+    state.parent = in.parentId;
+    state.attitude = {radians(double{in.yawDeg}), radians(double{in.pitchDeg}), radians(double{in.rollDeg})};
+    if (in.attached) {
+        state.offsetM = {in.latitudeDegOrXM, in.longitudeDegOrYM, in.altitudeOrZM};
+    } else {
+        state.position = {radians(in.latitudeDegOrXM), radians(in.longitudeDegOrYM), in.altitudeOrZM};
+    }
+    return state;
+}
+
 // Applies one accepted statement of the host to the world.
 struct ToWorld {
     scene::World& world;
@@ -41,18 +60,15 @@ struct ToWorld {
             world.destroy(in.entityId);
             return scene::Applied::yes;
         }
-        scene::EntityState state;
-        state.id = in.entityId;
-        state.attached = in.attached;
-        state.parent = in.parentId;
-        state.attitude = {radians(double{in.yawDeg}), radians(double{in.pitchDeg}),
-                          radians(double{in.rollDeg})};
-        if (in.attached) {
-            state.offsetM = {in.latitudeDegOrXM, in.longitudeDegOrYM, in.altitudeOrZM};
-        } else {
-            state.position = {radians(in.latitudeDegOrXM), radians(in.longitudeDegOrYM), in.altitudeOrZM};
+        return world.set(entityState(in));
+    }
+    scene::Applied operator()(const hostif::EntityPosition& in) const { return world.set(entityState(in)); }
+    scene::Applied operator()(const hostif::EntityAppearance& in) const
+    {
+        if (in.state == hostif::EntityState::destroyed) {
+            world.destroy(in.entityId);
         }
-        return world.set(state);
+        return scene::Applied::yes;
     }
     scene::Applied operator()(const hostif::ViewControl& in) const
     {
@@ -80,6 +96,12 @@ struct ToWorld {
         shape.topRad = radians(in.topDeg);
         return world.set(shape);
     }
+    // What has no part in the picture.
+    template <class Message>
+    scene::Applied operator()(const Message&) const
+    {
+        return scene::Applied::yes;
+    }
 };
 
 Unexpected<Error> inKey(const char* key, const Error& error)
@@ -98,6 +120,7 @@ Result<HostLink> HostLink::open(const config::Settings& settings, LogSink& log)
     hostif::SessionOptions options;
     options.hostTimeoutS = settings.host.timeoutS;
     options.databaseNumber = static_cast<int8_t>(settings.host.database);
+    options.protocol = hostif::protocolOfName(settings.host.protocol); // "auto" names none
     if (!settings.host.peer.empty()) {
         const auto peer = hostif::parseAddress(settings.host.peer);
         if (!peer) {

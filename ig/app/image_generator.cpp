@@ -201,10 +201,11 @@ RunSummary ImageGenerator::finish(uint64_t missedFrames, double durationS)
 std::string ImageGenerator::description() const
 {
     const data::DatasetInfo& terrain = _terrain.info();
-    return "listening on " + hostif::toString(_host.local()) + " for CIGI 3.3; terrain " +
-           std::to_string(terrain.shape.cols) + " x " + std::to_string(terrain.shape.rows) + " posts; view " +
-           std::to_string(_settings.view.id) + ", " + std::to_string(_settings.view.width) + " x " +
-           std::to_string(_settings.view.height) + "; " + _context.info().renderer + " (" +
+    return "listening on " + hostif::toString(_host.local()) + " for " +
+           (_settings.host.protocol == "auto" ? "CIGI 3, CIGI 4 or FGNetFDM" : _settings.host.protocol) +
+           "; terrain " + std::to_string(terrain.shape.cols) + " x " + std::to_string(terrain.shape.rows) +
+           " posts; view " + std::to_string(_settings.view.id) + ", " + std::to_string(_settings.view.width) +
+           " x " + std::to_string(_settings.view.height) + "; " + _context.info().renderer + " (" +
            _context.info().platform + ")";
 }
 
