@@ -15,7 +15,8 @@ scene::ViewDefaults viewDefaults(const config::Settings& settings)
 {
     const double halfWidth = 0.5 * settings.view.fovHorizontalDeg * kRadPerDeg;
     const double halfHeight = 0.5 * settings.view.fovVerticalDeg * kRadPerDeg;
-    return {-halfWidth, halfWidth, -halfHeight, halfHeight, settings.view.nearM};
+    return {-halfWidth, halfWidth,           -halfHeight,
+            halfHeight, settings.view.nearM, settings.shading.visibilityM};
 }
 
 TerrainSettings terrainSettings(const config::Settings& settings)
@@ -116,10 +117,10 @@ ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, H
 {
 }
 
-ViewState ImageGenerator::currentView()
+ViewState ImageGenerator::currentView(double displayS)
 {
     const auto view =
-        _world.viewState(static_cast<uint16_t>(_settings.view.id), _view.widthPx, _view.heightPx);
+        _world.viewState(static_cast<uint16_t>(_settings.view.id), _view.widthPx, _view.heightPx, displayS);
     // A host that destroys its ownship or resets leaves the last picture, not a black one.
     return view.value_or(_view);
 }
@@ -131,7 +132,7 @@ FrameStats ImageGenerator::frame(int64_t startNs)
     const double nowS = static_cast<double>(startNs) * kSecondsPerNs;
     _host.receive(_world, nowS);
     _host.answer(nowS);
-    _view = currentView();
+    _view = currentView(nowS + 1.0 / _settings.view.rateHz); // the picture is out when the next frame begins
     stats.hostNs = steadyNs() - startNs;
 
     _terrain.draw(_view, stats);

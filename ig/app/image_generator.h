@@ -50,7 +50,7 @@ private:
     ImageGenerator(const config::Settings& settings, LogSink& log, HostLink host, gl::Context context,
                    std::unique_ptr<gl::Renderer> renderer, data::Dataset dataset,
                    std::vector<NamedSink> sinks);
-    ViewState currentView();
+    ViewState currentView(double displayS);
     void handOut(uint64_t number);
 
     config::Settings _settings;
