@@ -69,6 +69,7 @@ struct Pair {
     // What the link answers.
     hostif::IgDatagram answer(Protocol protocol)
     {
+        link.answerQueries(world, now());
         link.answer(now());
         REQUIRE(host.wait(1));
         hostif::UdpSocket::Received received;

@@ -96,6 +96,7 @@ void HostLink::receive(scene::World& world, double nowS)
             _newestArrivalS = frame->arrivalS;
         }
         noteUnsupported(event);
+        _queries.take(event);
         if (_toWorld.apply(event, world) != scene::Applied::yes) {
             ++_refused;
             warnOnce(_notedRefusal,
@@ -134,6 +135,11 @@ void HostLink::noteUnsupported(const hostif::SessionEvent& event)
     if (earth != nullptr && earth->custom) {
         warnOnce(_notedEarth, "the host defines an earth model of its own; the terrain's stays in force");
     }
+}
+
+void HostLink::answerQueries(const scene::World& world, double displayS)
+{
+    _queries.answer(world, displayS, _session);
 }
 
 void HostLink::answer(double nowS)

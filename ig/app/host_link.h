@@ -14,6 +14,7 @@
 #include "config/settings.h"
 #include "hostif/session.h"
 #include "hostif/udp_socket.h"
+#include "ig/app/query_service.h"
 #include "ig/app/to_world.h"
 #include "ig/base/result.h"
 #include "ig/scene/world.h"
@@ -31,8 +32,13 @@ public:
     // The terrain can be drawn from now on.
     void terrainLoaded() noexcept { _session.setDatabaseState(hostif::DatabaseState::loaded); }
 
+    // What the host's questions about the ground are asked; null before there is any.
+    void setGround(GroundQueries* ground) noexcept { _queries.setGround(ground); }
+
     // Takes what is queued, a bounded number of datagrams, and applies it. nowS: steady clock, seconds.
     void receive(scene::World& world, double nowS);
+    // Answers what the host has asked, as the world is at displayS, with the next Start Of Frame.
+    void answerQueries(const scene::World& world, double displayS);
     // Sends the Start Of Frame of a new frame, if there is somebody to send it to.
     void answer(double nowS);
 
@@ -40,6 +46,7 @@ public:
     std::optional<double> newestArrivalS() const noexcept { return _newestArrivalS; }
     hostif::SessionStats sessionStats() const noexcept { return _session.stats(); }
     const hostif::UdpSocket::Stats& socketStats() const noexcept { return _socket.stats(); }
+    const QueryStats& queryStats() const noexcept { return _queries.stats(); }
     // Statements that the world refused: no such entity, full, out of range.
     uint64_t refusedByWorld() const noexcept { return _refused; }
     const hostif::Address& local() const noexcept { return _socket.local(); }
@@ -62,6 +69,7 @@ private:
     double _timeoutS;
     uint16_t _drawnView;
     ToWorld _toWorld;
+    QueryService _queries;
     bool _notedRefusal = false, _notedOtherView = false, _notedUnsupported = false, _notedEarth = false;
     std::optional<double> _newestArrivalS;
     uint64_t _refused = 0;

@@ -101,6 +101,12 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
     if (auto loaded = generator->_terrain.preload(generator->_view); !loaded) {
         return Unexpected{loaded.error()};
     }
+    auto ground = data::HeightQuery::create(generator->_terrain.dataset());
+    if (!ground) {
+        return Unexpected{ground.error()};
+    }
+    generator->_ground = std::move(*ground);
+    generator->_host.setGround(generator->_ground.get());
     generator->_host.terrainLoaded();
     return generator;
 }
@@ -131,8 +137,11 @@ FrameStats ImageGenerator::frame(int64_t startNs)
     stats.number = _frameNumber++;
     const double nowS = static_cast<double>(startNs) * kSecondsPerNs;
     _host.receive(_world, nowS);
+    const double displayS =
+        nowS + 1.0 / _settings.view.rateHz; // the picture is out when the next frame begins
+    _host.answerQueries(_world, displayS);
     _host.answer(nowS);
-    _view = currentView(nowS + 1.0 / _settings.view.rateHz); // the picture is out when the next frame begins
+    _view = currentView(displayS);
     stats.hostNs = steadyNs() - startNs;
 
     _terrain.draw(_view, stats);
@@ -196,6 +205,7 @@ RunSummary ImageGenerator::finish(uint64_t missedFrames, double durationS)
     run.session = _host.sessionStats();
     run.socket = _host.socketStats();
     run.refusedByWorld = _host.refusedByWorld();
+    run.queries = _host.queryStats();
     return run;
 }
 

@@ -12,6 +12,7 @@
 #include "ig/app/terrain_engine.h"
 #include "ig/base/log.h"
 #include "ig/base/result.h"
+#include "ig/data/height_query.h"
 #include "ig/gl/context.h"
 #include "ig/gl/renderer.h"
 #include "ig/out/frame_sink.h"
@@ -59,6 +60,7 @@ private:
     gl::Context _context;
     std::unique_ptr<gl::Renderer> _renderer;
     TerrainEngine _terrain;
+    std::unique_ptr<data::HeightQuery> _ground; // over the dataset of _terrain
     scene::World _world;
     ViewState _view; // the last one drawn; at first above the middle of the terrain
     std::vector<NamedSink> _sinks;

@@ -38,6 +38,7 @@ public:
     // Loads pages that the last draw() wanted, a bounded number; fills loadNs, pageIns and bytesUploaded.
     void load(FrameStats& stats);
 
+    const data::Dataset& dataset() const noexcept { return _dataset; }
     const data::DatasetInfo& info() const noexcept { return _dataset.info(); }
     const lod::DrawList& drawList() const noexcept { return _list; }
     std::span<const int32_t> slotOfPage() const noexcept { return _slots.slotOfPage(); }

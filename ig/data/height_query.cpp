@@ -330,6 +330,9 @@ Known HeightQuery::firstHit(const EcefPos& from, const EcefPos& to, bool coarse,
 {
     const glm::dvec3 way = to.m - from.m;
     const double lengthM = glm::length(way);
+    if (!std::isfinite(lengthM)) {
+        return Known::nothing;
+    }
     const glm::dvec3 direction = lengthM > 0 ? way / lengthM : glm::dvec3(0.0);
     const Curvature middle = curvatureAt(_shape.northRad, _shape.ellipsoid);
     const double halfPostM = 0.5 * std::max(std::min(_shape.latitudeStepRad * middle.northM,

@@ -272,18 +272,33 @@ Applied World::set(const ViewShape& shape)
     return Applied::yes;
 }
 
+std::optional<World::Pose> World::viewPose(const View& view, double timeS) const
+{
+    const auto entity = entityPose(view.entity, timeS);
+    if (!entity) {
+        return std::nullopt;
+    }
+    return Pose{{entity->position.m + entity->ecefFromBody * view.offsetM},
+                entity->ecefFromBody * parentFromChild(view.attitude)};
+}
+
+std::optional<World::Pose> World::viewPose(uint16_t id, double timeS) const
+{
+    const View* known = find(id);
+    return viewPose(known != nullptr ? *known : makeView(id), timeS);
+}
+
 std::optional<ViewState> World::viewState(uint16_t id, int widthPx, int heightPx, double timeS) const
 {
     const View* known = find(id);
     const View view = known != nullptr ? *known : makeView(id);
-    const int16_t slot = slotOf(view.entity);
-    if (slot == kNone) {
+    const auto pose = viewPose(view, timeS);
+    if (!pose) {
         return std::nullopt;
     }
-    const Pose entity = pose(slot, timeS);
     ViewState state;
-    state.eye = {entity.position.m + entity.ecefFromBody * view.offsetM};
-    state.eyeFromEcef = eyeFromEcefOfView(entity.ecefFromBody * parentFromChild(view.attitude));
+    state.eye = pose->position;
+    state.eyeFromEcef = eyeFromEcefOfView(pose->ecefFromBody);
     state.frustum = {std::tan(view.leftRad), std::tan(view.rightRad), std::tan(view.bottomRad),
                      std::tan(view.topRad), view.nearM};
     state.widthPx = widthPx;

@@ -111,6 +111,8 @@ public:
         glm::dmat3 ecefFromBody{1.0};
     };
     std::optional<Pose> entityPose(uint16_t entity, double timeS) const;
+    // Axes of a view: X along the line of sight, Y right, Z down.
+    std::optional<Pose> viewPose(uint16_t view, double timeS) const;
 
     // The view as it is to be drawn at a time, or nothing while the entity that it sits on does not exist.
     // Views the host never mentioned sit on entity 0, without an offset. widthPx, heightPx: of the picture.
@@ -144,6 +146,7 @@ private:
     const View* find(uint16_t view) const noexcept;
     View* findOrMake(uint16_t view);
     View makeView(uint16_t id) const noexcept;
+    std::optional<Pose> viewPose(const View& view, double timeS) const;
 
     Ellipsoid _ellipsoid;
     ViewDefaults _defaults;
