@@ -9,6 +9,7 @@ ig_test(test_hostif
 if(EYEPOINT_TOOLS)
   ig_test(test_host_tool SOURCES test_host_tool.cpp test_host_flight.cpp LIBS host::tool)
   add_dependencies(test_host_tool eyepoint-host)
+  ig_test(test_replay SOURCES test_replay.cpp LIBS replay::tool hostif::hostif)
 endif()
 
 # Each fuzz target also builds with a main that reads files, and runs over its seeds in every CTest.
