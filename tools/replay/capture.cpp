@@ -47,8 +47,10 @@ ig::Result<Capture> Capture::open(const std::string& path)
     std::array<char, PCAP_ERRBUF_SIZE> message{};
     std::unique_ptr<pcap, Close> file(
         pcap_open_offline_with_tstamp_precision(path.c_str(), PCAP_TSTAMP_PRECISION_NANO, message.data()));
-    if (!file)
-        return ig::fail(ig::ErrorKind::usage, path + ": " + message.data());
+    if (!file) { // libpcap names the file in some of its messages
+        const std::string words = message.data();
+        return ig::fail(ig::ErrorKind::usage, words.starts_with(path) ? words : path + ": " + words);
+    }
     const int type = pcap_datalink(file.get());
     const auto link = linkTypeOf(type);
     if (!link) {
