@@ -32,9 +32,9 @@ step "asan: test"
 # Without the benchmarks and the whole programs, which would take minutes.
 ctest --preset asan -LE slow
 
-build tsan --target test_out test_terrain_compiler
+build tsan --target test_out test_terrain_compiler test_height_query
 step "tsan: test"
-ctest --preset tsan -R '^(test_out|test_terrain_compiler)$'
+ctest --preset tsan -R '^(test_out|test_terrain_compiler|test_height_query)$'
 
 build fuzz --target fuzzers
 for name in fuzz_cigi33 fuzz_cigi40 fuzz_fgnet fuzz_session; do
