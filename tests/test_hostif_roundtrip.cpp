@@ -7,220 +7,242 @@
 
 #include <catch2/catch.hpp>
 
-#include <set>
-
 using namespace hostif;
 using namespace test;
 
 namespace {
 
-// A direction of a protocol: how to begin, and how to read.
-template <Protocol protocol, class Message, class Head, class Datagram>
-struct Direction {
-    static constexpr Protocol kProtocol = protocol;
-    using Messages = Message;
-    using Out = Datagram;
+// A message of either direction.
+using AnyMessage = std::variant<HostMessage, IgMessage>;
 
-    static Bytes begin(ByteOrder order)
-    {
-        Head head;
-        head.mode = IgMode::operate;
-        Bytes bytes;
-        REQUIRE(append(protocol, bytes, order, head));
-        return bytes;
-    }
-    static ig::Result<void, Refusal> decode(std::span<const std::byte> bytes, Datagram& out)
-    {
-        const ExactBlock block(bytes);
-        if constexpr (std::is_same_v<Datagram, HostDatagram>)
-            return decodeHost(protocol, block.span(), out);
-        else
-            return decodeIg(protocol, block.span(), out);
-    }
+// A kind of packet, with its types erased: the tests below are compiled once, not once per kind.
+struct Kind {
+    Protocol protocol;
+    bool fromHost;
+    const char* name;
+    size_t size; // 0: varies
+    AnyMessage (*any)(Random&);
 };
 
-using FromHost3 = Direction<Protocol::cigi3, HostMessage, IgControl, HostDatagram>;
-using FromIg3 = Direction<Protocol::cigi3, IgMessage, StartOfFrame, IgDatagram>;
-using FromHost4 = Direction<Protocol::cigi4, HostMessage, IgControl, HostDatagram>;
-using FromIg4 = Direction<Protocol::cigi4, IgMessage, StartOfFrame, IgDatagram>;
-
-template <class D>
-Bytes datagramOf(const typename D::Messages& message, ByteOrder order)
+template <template <class> class Layout, class Messages>
+void addKinds(Protocol protocol, std::vector<Kind>& out)
 {
-    Bytes bytes = D::begin(order);
-    REQUIRE(append(D::kProtocol, bytes, order, message));
+    forEachMessage<Layout>(std::type_identity<Messages>{}, [&]<class M, class L>() {
+        out.push_back({protocol, std::is_same_v<Messages, HostMessage>, L::kName, detail::fixedSize<L>(),
+                       [](Random& random) -> AnyMessage { return Messages{anyMessage<L>(random)}; }});
+    });
+}
+
+// All but the heads.
+const std::vector<Kind>& allKinds()
+{
+    static const std::vector<Kind> kinds = [] {
+        std::vector<Kind> out;
+        addKinds<cigi33::Layout, HostMessage>(Protocol::cigi3, out);
+        addKinds<cigi33::Layout, IgMessage>(Protocol::cigi3, out);
+        addKinds<cigi40::Layout, HostMessage>(Protocol::cigi4, out);
+        addKinds<cigi40::Layout, IgMessage>(Protocol::cigi4, out);
+        return out;
+    }();
+    return kinds;
+}
+
+bool isCigi3(const Kind& kind)
+{
+    return kind.protocol == Protocol::cigi3;
+}
+
+// The message after a head of its direction.
+Bytes datagramOf(const Kind& kind, const AnyMessage& message, ByteOrder order)
+{
+    IgControl control;
+    control.mode = IgMode::operate;
+    Bytes bytes;
+    const bool begun = kind.fromHost ? append(kind.protocol, bytes, order, control)
+                                     : append(kind.protocol, bytes, order, StartOfFrame{});
+    const bool added =
+        std::visit([&](const auto& m) { return append(kind.protocol, bytes, order, m); }, message);
+    REQUIRE((begun && added));
     return bytes;
 }
 
-template <class D>
-Reason refusal(std::span<const std::byte> bytes)
+Bytes anyDatagram(const Kind& kind, Random& random, ByteOrder order)
 {
-    typename D::Out out;
-    const auto result = D::decode(bytes, out);
-    REQUIRE_FALSE(result);
-    CHECK(result.error().offset <= bytes.size());
-    return result.error().reason;
+    return datagramOf(kind, kind.any(random), order);
 }
 
-// Calls use.operator()<D, M, L>() for every packet but the heads.
-template <class Use>
-void forEachPacketType(Use use)
+// What came of reading a datagram.
+struct Got {
+    std::optional<Refusal> refusal;
+    Protocol protocol = Protocol::cigi3;
+    ByteOrder order = ByteOrder::little;
+    ReasonCounts notes;
+    BadValue badValue;
+    std::vector<AnyMessage> messages;
+};
+
+template <class Datagram>
+Got gotFrom(const ig::Result<void, Refusal>& result, const Datagram& datagram)
 {
-    const auto in = [&]<class D>() {
-        return [&]<class M, class L>() {
-            INFO(L::kName);
-            use.template operator()<D, M, L>();
-        };
-    };
-    forEachMessage<cigi33::Layout>(std::type_identity<HostMessage>{}, in.template operator()<FromHost3>());
-    forEachMessage<cigi33::Layout>(std::type_identity<IgMessage>{}, in.template operator()<FromIg3>());
-    forEachMessage<cigi40::Layout>(std::type_identity<HostMessage>{}, in.template operator()<FromHost4>());
-    forEachMessage<cigi40::Layout>(std::type_identity<IgMessage>{}, in.template operator()<FromIg4>());
+    Got got;
+    if (!result) {
+        got.refusal = result.error();
+        return got;
+    }
+    got.protocol = datagram.protocol;
+    got.order = datagram.order;
+    got.notes = datagram.notes;
+    got.badValue = datagram.badValue;
+    for (const auto& message : datagram.messages)
+        got.messages.emplace_back(message);
+    return got;
+}
+
+Got decode(Protocol protocol, bool fromHost, std::span<const std::byte> bytes)
+{
+    const ExactBlock block(bytes);
+    if (fromHost) {
+        HostDatagram datagram;
+        return gotFrom(decodeHost(protocol, block.span(), datagram), datagram);
+    }
+    IgDatagram datagram;
+    return gotFrom(decodeIg(protocol, block.span(), datagram), datagram);
+}
+
+Got decode(const Kind& kind, std::span<const std::byte> bytes)
+{
+    return decode(kind.protocol, kind.fromHost, bytes);
+}
+
+Reason refusal(const Kind& kind, std::span<const std::byte> bytes)
+{
+    const Got got = decode(kind, bytes);
+    REQUIRE(got.refusal);
+    CHECK(got.refusal->offset <= bytes.size());
+    return got.refusal->reason;
 }
 
 constexpr ByteOrder kBoth[] = {ByteOrder::little, ByteOrder::big};
-
-uint64_t total(const ReasonCounts& counts)
-{
-    uint64_t sum = 0;
-    for (const uint64_t count : counts.counts)
-        sum += count;
-    return sum;
-}
+constexpr size_t kHeadBytes = 24;
 
 } // namespace
 
 TEST_CASE("any message that its table allows survives being written and read, in both byte orders")
 {
     Random random(1);
-    std::set<std::string> names;
-    forEachPacketType([&]<class D, class M, class L>() {
-        names.insert(std::to_string(int(D::kProtocol)) + L::kName);
+    CHECK(allKinds().size() == 27 + 16 + 29 + 16);
+    for (const Kind& kind : allKinds()) {
+        INFO(kind.name);
         for (const ByteOrder order : kBoth) {
             for (int run = 0; run < 200; ++run) {
-                const M message = anyMessage<L>(random);
-                const Bytes bytes = datagramOf<D>(message, order);
+                const AnyMessage message = kind.any(random);
+                const Bytes bytes = datagramOf(kind, message, order);
                 CHECK(bytes.size() % 8 == 0);
-                typename D::Out out;
-                REQUIRE(D::decode(bytes, out));
-                CHECK(out.order == order);
-                CHECK(out.protocol == D::kProtocol);
-                CHECK(total(out.notes) == 0);
-                REQUIRE(out.messages.size() == 1);
-                // An EntityControl is two packets of CIGI 4; all else comes back as it was.
-                REQUIRE(std::get_if<M>(&out.messages[0]) != nullptr);
-                CHECK(std::get<M>(out.messages[0]) == message);
+                const Got got = decode(kind, bytes);
+                REQUIRE_FALSE(got.refusal);
+                CHECK(got.order == order);
+                CHECK(got.protocol == kind.protocol);
+                CHECK(got.notes.counts == ReasonCounts{}.counts);
+                REQUIRE(got.messages.size() == 1);
+                CHECK((got.messages[0] == message));
             }
         }
-    });
-    CHECK(names.size() == 27 + 16 + 29 + 16);
+    }
 }
 
 TEST_CASE("every shorter datagram is refused, but for one that ends where a packet ends")
 {
     Random random(3);
-    forEachPacketType([&]<class D, class M, class L>() {
+    for (const Kind& kind : allKinds()) {
         for (const ByteOrder order : kBoth) {
-            const Bytes bytes = datagramOf<D>(anyMessage<L>(random), order);
+            const Bytes bytes = anyDatagram(kind, random, order);
             for (size_t size = 0; size < bytes.size(); ++size) {
-                INFO("size " << size);
+                INFO(kind.name << ", size " << size);
                 const auto cut = std::span(bytes).first(size);
-                typename D::Out out;
-                if (size == 24)
-                    CHECK(D::decode(cut, out));
+                if (size == kHeadBytes)
+                    CHECK_FALSE(decode(kind, cut).refusal);
                 else
-                    CHECK(refusal<D>(cut) == (size < 8 ? Reason::tooShort : Reason::overrun));
+                    CHECK(refusal(kind, cut) == (size < 8 ? Reason::tooShort : Reason::overrun));
             }
         }
-    });
+    }
 }
 
 TEST_CASE("bytes after the last packet are refused unless they are packets")
 {
     Random random(4);
-    forEachPacketType([&]<class D, class M, class L>() {
-        Bytes bytes = datagramOf<D>(anyMessage<L>(random), ByteOrder::little);
+    for (const Kind& kind : allKinds()) {
+        INFO(kind.name);
+        Bytes bytes = anyDatagram(kind, random, ByteOrder::little);
         for (int extra = 1; extra < 12; ++extra) {
             bytes.push_back(std::byte{0});
-            const Reason reason = refusal<D>(bytes);
+            const Reason reason = refusal(kind, bytes);
             // Zeros are no packet of CIGI 3 and a second head of CIGI 4.
             CHECK((reason == Reason::overrun || reason == Reason::badSize || reason == Reason::secondHead));
         }
-    });
+    }
 }
 
 TEST_CASE("a packet whose size does not fit its id is refused whole")
 {
     Random random(5);
-    forEachPacketType([&]<class D, class M, class L>() {
-        if constexpr (requires { L::kSize; }) {
-            constexpr bool cigi3 = D::kProtocol == Protocol::cigi3;
-            const Bytes good = datagramOf<D>(anyMessage<L>(random), ByteOrder::little);
-            for (unsigned size = 0; size < 256; ++size) {
-                if (size == L::kSize)
-                    continue;
-                Bytes bad = good;
-                bad[cigi3 ? 25 : 24] = static_cast<std::byte>(size);
-                bad.resize(24 + 256, std::byte{0}); // room for any size: only the mismatch is wrong
-                CHECK(refusal<D>(bad) == Reason::badSize);
-            }
+    for (const Kind& kind : allKinds()) {
+        if (kind.size == 0)
+            continue;
+        INFO(kind.name);
+        const Bytes good = anyDatagram(kind, random, ByteOrder::little);
+        for (unsigned size = 0; size < 256; ++size) {
+            if (size == kind.size)
+                continue;
+            Bytes bad = good;
+            bad[isCigi3(kind) ? kHeadBytes + 1 : kHeadBytes] = static_cast<std::byte>(size);
+            bad.resize(kHeadBytes + 256, std::byte{0}); // room for any size: only the mismatch is wrong
+            CHECK(refusal(kind, bad) == Reason::badSize);
         }
-    });
+    }
 }
 
 TEST_CASE("a datagram of another version or direction is refused, whatever it carries")
 {
     Random random(6);
-    forEachPacketType([&]<class D, class M, class L>() {
-        constexpr bool cigi3 = D::kProtocol == Protocol::cigi3;
-        const Bytes good = datagramOf<D>(anyMessage<L>(random), ByteOrder::big);
+    for (const Kind& kind : allKinds()) {
+        INFO(kind.name);
+        const Bytes good = anyDatagram(kind, random, ByteOrder::big);
         for (unsigned major = 0; major < 256; ++major) {
-            if (major == (cigi3 ? 3 : 4))
+            if (major == (isCigi3(kind) ? 3 : 4))
                 continue;
             Bytes bad = good;
-            bad[cigi3 ? 2 : 4] = static_cast<std::byte>(major);
-            const bool old = cigi3 && (major == 1 || major == 2);
-            CHECK(refusal<D>(bad) == (old ? Reason::cigi1Or2 : Reason::badVersion));
+            bad[isCigi3(kind) ? 2 : 4] = static_cast<std::byte>(major);
+            const bool old = isCigi3(kind) && (major == 1 || major == 2);
+            CHECK(refusal(kind, bad) == (old ? Reason::cigi1Or2 : Reason::badVersion));
         }
-        const ExactBlock block(good);
-        const auto turned = [&] {
-            if constexpr (std::is_same_v<typename D::Out, HostDatagram>) {
-                IgDatagram other;
-                return decodeIg(D::kProtocol, block.span(), other);
-            } else {
-                HostDatagram other;
-                return decodeHost(D::kProtocol, block.span(), other);
-            }
-        }();
-        REQUIRE_FALSE(turned);
-        CHECK(turned.error().reason == Reason::wrongDirection);
-    });
+        const Got turned = decode(kind.protocol, !kind.fromHost, good);
+        REQUIRE(turned.refusal);
+        CHECK(turned.refusal->reason == Reason::wrongDirection);
+    }
 }
 
 TEST_CASE("any packet with all its bytes set or random yields a message that can be written, or is left out")
 {
     Random random(7);
-    forEachPacketType([&]<class D, class M, class L>() {
+    for (const Kind& kind : allKinds()) {
+        INFO(kind.name);
         for (int run = 0; run < 300; ++run) {
             const ByteOrder order = kBoth[run % 2];
-            Bytes bytes = datagramOf<D>(anyMessage<L>(random), order);
-            constexpr size_t kHeader = D::kProtocol == Protocol::cigi3 ? 2 : 4;
-            for (size_t i = 24 + kHeader; i < bytes.size(); ++i)
+            Bytes bytes = anyDatagram(kind, random, order);
+            for (size_t i = kHeadBytes + (isCigi3(kind) ? 2 : 4); i < bytes.size(); ++i)
                 bytes[i] = run < 2 ? std::byte{0xFF} : static_cast<std::byte>(random() & 0xFFU);
-            typename D::Out out;
-            REQUIRE(D::decode(bytes, out));
-            if (out.messages.empty()) {
-                CHECK(out.notes[Reason::outOfRange] + out.notes[Reason::notFinite] == 1);
-                CHECK(out.badValue.packet == std::string(L::kName));
+            const Got got = decode(kind, bytes);
+            REQUIRE_FALSE(got.refusal);
+            if (got.messages.empty()) {
+                CHECK(got.notes[Reason::outOfRange] + got.notes[Reason::notFinite] == 1);
+                CHECK(got.badValue.packet == std::string(kind.name));
                 continue;
             }
-            Bytes again = D::begin(order);
-            REQUIRE(append(D::kProtocol, again, order, out.messages[0]));
-            typename D::Out back;
-            REQUIRE(D::decode(again, back));
-            CHECK(back.messages == out.messages);
+            const Got back = decode(kind, datagramOf(kind, got.messages[0], order));
+            CHECK((!back.refusal && back.messages == got.messages));
         }
-    });
+    }
 }
 
 TEST_CASE("an entity control becomes two packets of CIGI 4 that say the same")
@@ -232,10 +254,11 @@ TEST_CASE("an entity control becomes two packets of CIGI 4 that say the same")
     entity.alpha = 128;
     entity.yawDeg = 12.5F;
     entity.latitudeDegOrXM = 56.5;
-    Bytes bytes = FromHost4::begin(ByteOrder::big);
+    Bytes bytes;
+    REQUIRE(append(Protocol::cigi4, bytes, ByteOrder::big, IgControl{}));
     REQUIRE(append(Protocol::cigi4, bytes, ByteOrder::big, HostMessage{entity}));
     HostDatagram out;
-    REQUIRE(FromHost4::decode(bytes, out));
+    REQUIRE(decodeHost(Protocol::cigi4, bytes, out));
     REQUIRE(out.messages.size() == 2);
     const auto& appearance = std::get<EntityAppearance>(out.messages[0]);
     CHECK(appearance.entityId == 7);
