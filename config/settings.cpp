@@ -230,6 +230,14 @@ const std::vector<Key>& allKeys()
         k.push_back(text(
             "host.peer", "a string, ADDRESS:PORT of the only host to believe, empty for any",
             [](auto& s) -> auto& { return s.host.peer; }));
+        k.push_back(choice(
+            "host.protocol", {"auto", "cigi3", "cigi4", "fgnet"},
+            [](auto& s) -> auto& { return s.host.protocol; }));
+        k.push_back(choice(
+            "host.timing", {"async", "sync", "lockstep"}, [](auto& s) -> auto& { return s.host.timing; }));
+        k.push_back(number(
+            "host.extrapolation_s", 0, 10, "seconds",
+            [](auto& s) -> auto& { return s.host.extrapolationS; }));
         k.push_back(number(
             "host.timeout_s", 0.01, 3600, "seconds", [](auto& s) -> auto& { return s.host.timeoutS; }));
         k.push_back(integer(

@@ -43,6 +43,9 @@ struct Settings {
     struct {
         std::string listen = "127.0.0.1:8000";
         std::string peer;
+        std::string protocol = "auto";
+        std::string timing = "async";
+        double extrapolationS = 0.25;
         double timeoutS = 1.0;
         int64_t database = 1;
     } host;

@@ -5,7 +5,7 @@
 // Reading is strict about structure and liberal about the rest: a datagram whose packets do not add up is
 // refused whole; a packet with a value out of its range is left out and counted; reserved bits and the
 // minor version are not looked at. Yaw and roll may be anything within a turn either way, since hosts
-// differ between -180..180 and 0..360.
+// differ between -180..180 and 0..360. Packets of symbols, of users and of unknown ids are skipped.
 #pragma once
 
 #include "hostif/datagram.h"
@@ -20,13 +20,14 @@ namespace hostif::cigi33 {
 // Reads a message from a host. On a refusal the contents of `out` are unspecified.
 ig::Result<void, Refusal> decodeHost(std::span<const std::byte> bytes, HostDatagram& out);
 
-// Reads a message from an image generator: its Start Of Frame; what follows is checked for structure,
-// skipped and counted.
+// Reads a message from an image generator.
 ig::Result<void, Refusal> decodeIg(std::span<const std::byte> bytes, IgDatagram& out);
 
-// Appends one packet to `out`. A message is an IgControl (or a StartOfFrame) and what follows it.
+// Appends the packets of one message to `out`; false, with nothing appended, when CIGI 3 has no such message.
+// A datagram is an IgControl (or a StartOfFrame) and what follows it.
 void append(std::vector<std::byte>& out, ByteOrder order, const IgControl& message);
 void append(std::vector<std::byte>& out, ByteOrder order, const StartOfFrame& message);
-void append(std::vector<std::byte>& out, ByteOrder order, const HostMessage& message);
+bool append(std::vector<std::byte>& out, ByteOrder order, const HostMessage& message);
+bool append(std::vector<std::byte>& out, ByteOrder order, const IgMessage& message);
 
 } // namespace hostif::cigi33

@@ -9,6 +9,7 @@ void FrameSequence::begin(uint32_t number) noexcept
     _seen = ~uint64_t{0}; // what came before the first one is not missing
     _begun = true;
     _restartLikely = false;
+    _duplicatesInARow = 0;
 }
 
 FrameSequence::Arrival FrameSequence::take(uint32_t number) noexcept
@@ -24,6 +25,7 @@ FrameSequence::Arrival FrameSequence::take(uint32_t number) noexcept
         _lost += ahead - 1;
         _newest = number;
         _restartLikely = false;
+        _duplicatesInARow = 0;
         return Arrival::next;
     }
     if (_restartLikely || behind >= kReorderWindow) {
@@ -31,8 +33,15 @@ FrameSequence::Arrival FrameSequence::take(uint32_t number) noexcept
         return Arrival::restart;
     }
     const uint64_t bit = uint64_t{1} << behind;
-    if ((_seen & bit) != 0)
-        return Arrival::duplicate;
+    if ((_seen & bit) != 0) {
+        _duplicatesInARow = number == _lastDuplicate + 1 ? _duplicatesInARow + 1 : 1;
+        _lastDuplicate = number;
+        if (_duplicatesInARow < kRestartRun)
+            return Arrival::duplicate;
+        begin(number);
+        return Arrival::restart;
+    }
+    _duplicatesInARow = 0;
     _seen |= bit;
     --_lost;
     return Arrival::late;

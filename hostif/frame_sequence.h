@@ -12,6 +12,9 @@ public:
     static constexpr uint32_t kReorderWindow = 64;
     // A step forward larger than this is not a loss (18 minutes at 60 Hz): the peer counts anew.
     static constexpr uint32_t kLargestGap = 1U << 16;
+    // So many numbers in a row that were all had before, each one more than the one before, are no
+    // duplicates: the peer counts anew.
+    static constexpr uint32_t kRestartRun = 8;
 
     enum class Arrival : uint8_t {
         first,
@@ -37,6 +40,8 @@ private:
     uint64_t _seen = 0; // bit i: newest - i has arrived
     uint64_t _lost = 0;
     uint32_t _newest = 0;
+    uint32_t _lastDuplicate = 0;
+    uint32_t _duplicatesInARow = 0;
     bool _begun = false;
     bool _restartLikely = false;
 };

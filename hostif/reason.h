@@ -14,12 +14,13 @@ enum class Reason : uint8_t {
     tooShort, // no room for the first eight bytes
     junk,     // begins like no protocol we know
     cigi1Or2,
-    cigi4,
-    fgNetFdm,       // FlightGear's native FDM
+    cigi3,          // where another protocol is spoken
+    cigi4,          // where another protocol is spoken
+    fgNetFdm,       // FlightGear's native FDM, where another protocol is spoken
     wrongDirection, // a Start Of Frame sent to an image generator, or an IG Control to a host
-    badVersion,     // CIGI of another major version
-    badByteOrder,   // the byte-swap magic is neither order's
-    badSize,        // a packet's size byte does not fit its id, or is 0 or 1
+    badVersion,     // the protocol of another version
+    badByteOrder,   // CIGI 3's byte-swap magic is neither order's, FGNetFDM is not big-endian
+    badSize,        // a packet's size does not fit its id, or is less than its header
     overrun,        // a packet's size runs past the end of the datagram
     secondHead,     // more than one IG Control or Start Of Frame
     foreignSender,  // not from the host that this image generator listens to

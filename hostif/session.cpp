@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "hostif/session.h"
 
-#include "hostif/cigi33.h"
+#include "hostif/codec.h"
+#include "hostif/protocol.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <string>
 
@@ -13,6 +16,7 @@ namespace hostif {
 namespace {
 
 constexpr double kLogIntervalS = 10;
+constexpr size_t kMostTold = 32; // ids; a host with more unknown ones has been told enough
 
 uint32_t ticks(double timeS)
 {
@@ -28,7 +32,9 @@ Session::Session(const SessionOptions& options, ig::LogSink* log) : _options(opt
     _options.eventCapacity = std::max(_options.eventCapacity, kLeastEvents);
     _events.reserve(_options.eventCapacity);
     _taken.reserve(_options.eventCapacity);
-    _answer.reserve(64);
+    _responses.reserve(kMostResponses);
+    _answer.reserve(kLargestAnswer);
+    _protocol = _options.protocol.value_or(Protocol::cigi3);
     _reasonLoggedS.fill(-std::numeric_limits<double>::infinity());
     _noticeLoggedS.fill(-std::numeric_limits<double>::infinity());
 }
@@ -41,13 +47,19 @@ void Session::receive(std::span<const std::byte> bytes, const Address& sender, d
     // Asked before decoding, so that a flood costs little once the frame is full.
     if (_events.size() + 2 >= _options.eventCapacity)
         return refuse({Reason::overflow, 0}, sender, arrivalS);
-    if (const auto decoded = cigi33::decodeHost(bytes, _datagram); !decoded)
+    Protocol protocol = _protocol;
+    if (!_options.protocol && _hostState != HostState::live)
+        protocol = recognise(bytes).value_or(protocol);
+    if (const auto decoded = decodeHost(protocol, bytes, _datagram); !decoded)
         return refuse(decoded.error(), sender, arrivalS);
     if (_events.size() + _datagram.messages.size() + 2 > _options.eventCapacity)
         return refuse({Reason::overflow, 0}, sender, arrivalS);
 
-    if (_hostState == HostState::lost && sender != _host)
+    if (_hostState == HostState::lost && (sender != _host || protocol != _protocol)) {
         _frames.forgetPeer();
+        forgetHost();
+    }
+    _protocol = protocol;
     const uint64_t restartsBefore = _stats.restarts;
     const bool newest = takeFrameNumber(_datagram.control);
     noteHost(sender, arrivalS, _stats.restarts != restartsBefore);
@@ -55,9 +67,13 @@ void Session::receive(std::span<const std::byte> bytes, const Address& sender, d
         return;
     ++_stats.accepted;
     countNotes(sender, arrivalS);
+    reportSkipped();
     noteLag(_datagram.control);
     applyMode(_datagram.control);
-    _events.emplace_back(HostFrame{arrivalS, _datagram.control});
+    const IgControl& control = _datagram.control;
+    const double dataS =
+        control.timestampValid ? _hostClock.timeOf(control.timestampTicks, arrivalS) : arrivalS;
+    _events.emplace_back(HostFrame{arrivalS, dataS, control});
     if (_mode == IgMode::standby) {
         _stats.ignoredInStandby += _datagram.messages.size();
         return;
@@ -73,23 +89,77 @@ std::span<const SessionEvent> Session::takeEvents()
     return _taken;
 }
 
+void Session::respond(const IgMessage& message)
+{
+    if (!hostTakesAnswers())
+        return;
+    if (_responses.size() == kMostResponses) {
+        ++_stats.responsesDropped;
+        return;
+    }
+    _responses.push_back(message);
+}
+
 std::span<const std::byte> Session::startOfFrame(double timeS)
 {
     loseSilentHost(timeS);
+    const bool cigi3 = _protocol == Protocol::cigi3;
     const StartOfFrame message{
         .databaseNumber = reportedDatabase(),
         .igStatus = _hostState == HostState::lost ? kStatusHostLost : kStatusNormal,
         .mode = _mode,
         .timestampValid = true,
-        .minorVersion = static_cast<uint8_t>(_hostCountsFrames ? 3 : 0),
+        .minorVersion = static_cast<uint8_t>(cigi3 && _hostCountsFrames ? 3 : 0),
         .igFrameNumber = ++_igFrameNumber,
         .timestampTicks = ticks(timeS),
         .lastHostFrameNumber = _lastHostFrame,
         .countsFrames = _hostCountsFrames,
     };
     _answer.clear();
-    cigi33::append(_answer, _hostOrder, message);
+    if (append(_protocol, _answer, _hostOrder, message))
+        appendResponses();
     return _answer;
+}
+
+// As many as surely fit; each is 104 bytes at most.
+void Session::appendResponses()
+{
+    constexpr size_t kLargestPacket = 104;
+    size_t sent = 0;
+    while (sent < _responses.size() && _answer.size() + kLargestPacket <= kLargestAnswer) {
+        if (append(_protocol, _answer, _hostOrder, _responses[sent]))
+            ++_stats.responses;
+        ++sent;
+    }
+    _responses.erase(_responses.begin(), _responses.begin() + std::ptrdiff_t(sent));
+}
+
+bool Session::hostTakesAnswers() const noexcept
+{
+    return _hostState != HostState::none && _protocol != Protocol::fgnet;
+}
+
+// What was known of the host before this one.
+void Session::forgetHost() noexcept
+{
+    _hostClock.forget();
+    _responses.clear();
+    _toldSkipped.reset();
+    _toldCount = 0;
+}
+
+void Session::reportSkipped()
+{
+    for (const uint16_t id : _datagram.skipped.ids()) {
+        if (_toldSkipped[id] || _toldCount == kMostTold)
+            continue;
+        _toldSkipped[id] = true;
+        ++_toldCount;
+        std::array<char, FixedText::kCapacity> text{};
+        std::snprintf(text.data(), text.size(), "packets with id %u are not supported and are skipped",
+                      unsigned{id});
+        respond(IgText{kTextSkippedPacket, std::string_view(text.data())});
+    }
 }
 
 void Session::setDatabaseState(DatabaseState state) noexcept
@@ -99,6 +169,8 @@ void Session::setDatabaseState(DatabaseState state) noexcept
 
 std::optional<Address> Session::replyTo() const noexcept
 {
+    if (_protocol == Protocol::fgnet)
+        return std::nullopt;
     if (_options.peer && _options.peer->port != 0)
         return _options.peer;
     return _hostState == HostState::none ? std::nullopt : std::optional(_host);
@@ -108,6 +180,8 @@ SessionStats Session::stats() const noexcept
 {
     SessionStats stats = _stats;
     stats.lost = _frames.lost();
+    if (_hostState != HostState::none)
+        stats.protocol = _protocol;
     return stats;
 }
 
@@ -140,6 +214,7 @@ bool Session::takeFrameNumber(const IgControl& control)
     if (arrival == FrameSequence::Arrival::first && _hostState == HostState::none)
         return true;
     ++_stats.restarts;
+    forgetHost();
     _request = DatabaseRequest::none; // what the old host had asked for, the new one has not
     return true;
 }
@@ -260,6 +335,12 @@ void Session::logReason(Reason reason, const Address& sender, double timeS, std:
     if (offset)
         line += " refused at byte " + std::to_string(*offset);
     line.append(": ").append(reasonText(reason));
+    if (!offset && _datagram.badValue.packet != nullptr &&
+        (reason == Reason::outOfRange || reason == Reason::notFinite)) {
+        line.append(", the first one ").append(_datagram.badValue.packet);
+        if (_datagram.badValue.field != nullptr)
+            line.append(" ").append(_datagram.badValue.field);
+    }
     line.append(" (").append(reasonName(reason)).append(", ");
     line += std::to_string(_stats.reasons[reason]) + " so far)";
     _log->write(ig::LogLevel::warning, line);
@@ -270,7 +351,9 @@ void Session::logNotice(Notice notice, double timeS, const char* text)
     if (!mayLog(_noticeLoggedS[size_t(notice)], timeS))
         return;
     const auto level = notice == Notice::hostLost ? ig::LogLevel::warning : ig::LogLevel::info;
-    _log->write(level, "host " + toString(_host) + ' ' + text);
+    std::string line = "host " + toString(_host) + " (";
+    line.append(protocolName(_protocol)).append(") ").append(text);
+    _log->write(level, line);
 }
 
 } // namespace hostif

@@ -5,14 +5,20 @@
 // Once per frame of the image generator:
 //   receive()       for every datagram queued since the last frame, oldest first
 //   takeEvents()    what the host said, in order; apply all of it, then draw the newest state
+//   respond()       what it asked
 //   startOfFrame()  the answer; send it to replyTo(), in every mode, from start-up on
 //
 // Rules
 //   host      The first valid datagram's sender is the host until it is lost; others are refused. With a
 //             configured peer only that IP address is believed, whatever its port.
-//   frames    A gap in the host's frame numbers is loss. A duplicate or late message is dropped, counted.
-//             A step back beyond the reorder window, or any step back after silence, is a restarted
-//             host: accepted.
+//   protocol  The configured one, or else that of the first valid datagram until the host is lost; datagrams
+//   of
+//             another one are refused by name. FGNetFDM knows no modes and no answer: it operates.
+//   frames    A gap in the host's frame numbers is loss. A duplicate or late message is dropped, counted,
+//             the requests in it too. A step back beyond the reorder window, any step back after silence
+//             or a run of old numbers that counts up is a restarted host: accepted.
+//   time      A valid time stamp says when the data were true, on the host's clock (host_clock.h); without
+//             one they were when they arrived.
 //   mode      Standby at start-up. The host's request takes effect with the message that carries it, so
 //             the rest of that message counts; in standby everything else is ignored.
 //   database  One terrain. A number that is not 0 asks for it: the answer is -n until the terrain is loaded
@@ -20,14 +26,19 @@
 //             Loaded terrain is not loaded again.
 //   silence   A host that says nothing valid for a while is lost: its last state stays, Start Of Frame
 //             goes on with an unchanged echo and status kStatusHostLost.
+//   answers   What respond() is given follows the next Start Of Frame, in order, as far as kLargestAnswer
+//   goes;
+//             the rest waits for the one after it. A skipped packet's id is told to the host once.
 #pragma once
 
 #include "hostif/address.h"
 #include "hostif/datagram.h"
 #include "hostif/frame_sequence.h"
+#include "hostif/host_clock.h"
 #include "ig/base/log.h"
 
 #include <array>
+#include <bitset>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -35,18 +46,23 @@
 
 namespace hostif {
 
-// Fits the events of any single datagram: 65535 bytes hold no more than 2047 messages.
-inline constexpr size_t kLeastEvents = 2050;
+// Fits the events of any single datagram: 65535 bytes hold no more than 8191 messages, of 8 bytes at least.
+inline constexpr size_t kLeastEvents = 8194;
+// A host's buffer may be no larger (the CIGI Class Library's).
+inline constexpr size_t kLargestAnswer = 32768;
+inline constexpr size_t kMostResponses = 4096; // waiting
 
 inline constexpr uint8_t kStatusNormal = 0;
 inline constexpr uint8_t kStatusHostLost = 1;
 inline constexpr int8_t kDatabaseRefused = -128;
+inline constexpr uint16_t kTextSkippedPacket = 1; // IgText::messageId
 
 struct SessionOptions {
-    std::optional<Address> peer{}; // believe this IP address only; with a port, answers go there
-    double hostTimeoutS = 1.0;     // > 0
-    int8_t databaseNumber = 1;     // of the terrain, 1..127; 0: the host does not choose
-    size_t eventCapacity = 8192;   // between two takeEvents(); at least 4096 fits any single datagram
+    std::optional<Protocol> protocol{}; // nothing: that of the first datagram
+    std::optional<Address> peer{};      // believe this IP address only; with a port, answers go there
+    double hostTimeoutS = 1.0;          // > 0
+    int8_t databaseNumber = 1;          // of the terrain, 1..127; 0: the host does not choose
+    size_t eventCapacity = 16384;       // between two takeEvents(); kLeastEvents at least
 };
 
 enum class DatabaseState : uint8_t { loading, loaded, failed };
@@ -65,12 +81,19 @@ struct WorldReset {
 // Begins what one message of the host said; its messages follow.
 struct HostFrame {
     double arrivalS = 0;
+    double dataS = 0; // when what it says was true; not after its arrival
     IgControl control;
 
     friend bool operator==(const HostFrame&, const HostFrame&) = default;
 };
 
-using SessionEvent = std::variant<WorldReset, HostFrame, EntityControl, ViewControl, ViewDefinition>;
+template <class Messages>
+struct EventsOf;
+template <class... M>
+struct EventsOf<std::variant<M...>> {
+    using type = std::variant<WorldReset, HostFrame, M...>;
+};
+using SessionEvent = EventsOf<HostMessage>::type;
 
 struct SessionStats {
     uint64_t datagrams = 0; // all that came, refused ones included
@@ -79,8 +102,11 @@ struct SessionStats {
     uint64_t duplicate = 0;
     uint64_t late = 0;
     uint64_t restarts = 0;
-    uint64_t hostLosses = 0;       // times the host fell silent
-    uint64_t ignoredInStandby = 0; // messages
+    uint64_t hostLosses = 0;            // times the host fell silent
+    uint64_t ignoredInStandby = 0;      // messages
+    uint64_t responses = 0;             // sent
+    uint64_t responsesDropped = 0;      // too many at once
+    std::optional<Protocol> protocol{}; // of the newest host
     // Frames between a Start Of Frame and the host's message that acknowledges it.
     uint32_t hostLagFrames = 0;
     uint32_t hostLagMaxFrames = 0;
@@ -98,7 +124,13 @@ public:
     // Everything accepted since the last call, in order; valid until the next call.
     std::span<const SessionEvent> takeEvents();
 
-    // The Start Of Frame of a new image generator frame; valid until the next call.
+    // Something to tell the host after the next Start Of Frame.
+    void respond(const IgMessage& message);
+    // For the responses that carry it: the newest host frame's.
+    uint8_t hostFrameLowBits() const noexcept { return _lastHostFrame & 0xFU; }
+
+    // The Start Of Frame of a new image generator frame and the answers after it; valid until the next call.
+    // Empty for a host that takes none (FGNetFDM).
     std::span<const std::byte> startOfFrame(double timeS);
 
     // The terrain is loading at first; say when that changes.
@@ -124,6 +156,10 @@ private:
     void applyDatabase(int8_t number) noexcept;
     void noteLag(const IgControl& control) noexcept;
     void pushMessages();
+    void reportSkipped();
+    bool hostTakesAnswers() const noexcept;
+    void appendResponses();
+    void forgetHost() noexcept;
     void refuse(const Refusal& refusal, const Address& sender, double timeS);
     void countNotes(const Address& sender, double timeS);
     void loseSilentHost(double timeS);
@@ -140,10 +176,15 @@ private:
     HostDatagram _datagram;            // scratch of receive()
     std::vector<SessionEvent> _events; // being collected
     std::vector<SessionEvent> _taken;  // handed out
+    std::vector<IgMessage> _responses; // waiting
     std::vector<std::byte> _answer;
+    std::bitset<65536> _toldSkipped; // ids that this host knows of
+    size_t _toldCount = 0;
 
     Address _host;
     HostState _hostState = HostState::none;
+    HostClock _hostClock;
+    Protocol _protocol = Protocol::cigi3;
     ByteOrder _hostOrder = ByteOrder::little;
     bool _hostCountsFrames = true;
     uint32_t _lastHostFrame = 0;

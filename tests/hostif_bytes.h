@@ -79,7 +79,6 @@ inline constexpr std::string_view kFrameBig = "01 18 03 00 3d 00 80 00 01 02 03 
                                               "c0 40 00 00 42 34 00 00 18 20 12 34 02 00 00 00"
                                               "40 42 cf 35 05 9b 4a 74 c0 5e 98 06 d3 c4 37 d3"
                                               "40 93 4a 00 00 00 00 00";
-inline constexpr size_t kFrameUnderstoodBytes = 136; // without the HAT/HOT Request
 
 // Start Of Frame (operate, loading database 3, frame 5, echo 4).
 inline constexpr std::string_view kLoadingLittle = "65 18 03 fd 00 35 00 80 05 00 00 00 8d 20 00 00"

@@ -3,11 +3,15 @@
 #pragma once
 
 #include "hostif/cigi33.h"
+#include "hostif/codec.h"
+#include "hostif/fgnet.h"
+#include "hostif/protocol.h"
 #include "hostif/session.h"
 #include "hostif_bytes.h"
 
 #include <catch2/catch.hpp>
 
+#include <optional>
 #include <string>
 
 namespace test {
@@ -36,6 +40,8 @@ struct Message {
     size_t entities = 1;
     bool countsFrames = true;
     ByteOrder order = ByteOrder::little;
+    Protocol protocol = Protocol::cigi3;
+    std::optional<uint32_t> ticks{}; // time stamp
 };
 
 inline Bytes encode(const Message& m)
@@ -46,14 +52,23 @@ inline Bytes encode(const Message& m)
     control.hostFrameNumber = m.frame;
     control.lastIgFrameNumber = m.lastIgFrame;
     control.countsFrames = m.countsFrames;
+    control.timestampValid = m.ticks.has_value();
+    control.timestampTicks = m.ticks.value_or(0);
     Bytes bytes;
-    cigi33::append(bytes, m.order, control);
+    append(m.protocol, bytes, m.order, control);
     for (size_t i = 0; i < m.entities; ++i) {
         EntityControl entity;
         entity.entityId = static_cast<uint16_t>(m.frame + i);
         entity.state = EntityState::active;
-        cigi33::append(bytes, m.order, HostMessage{entity});
+        append(m.protocol, bytes, m.order, HostMessage{entity});
     }
+    return bytes;
+}
+
+inline Bytes fdm()
+{
+    Bytes bytes;
+    fgnet::append(bytes, {});
     return bytes;
 }
 
@@ -66,13 +81,19 @@ struct Talk {
         timeS += 1.0 / 60;
         session.receive(bytes, from, timeS);
     }
-    StartOfFrame answer()
+    IgDatagram wholeAnswer()
     {
+        const auto bytes = session.startOfFrame(timeS);
+        CHECK(bytes.size() <= kLargestAnswer);
+        const auto protocol = recognise(bytes);
+        REQUIRE(protocol);
         IgDatagram out;
-        REQUIRE(cigi33::decodeIg(session.startOfFrame(timeS), out));
+        REQUIRE(decodeIg(*protocol, bytes, out));
+        lastProtocol = *protocol;
         lastOrder = out.order;
-        return out.startOfFrame;
+        return out;
     }
+    StartOfFrame answer() { return wholeAnswer().startOfFrame; }
     // Ids of the entities handed out since the last call.
     std::vector<int> entities()
     {
@@ -80,6 +101,8 @@ struct Talk {
         for (const SessionEvent& event : session.takeEvents()) {
             if (const auto* entity = std::get_if<EntityControl>(&event))
                 ids.push_back(entity->entityId);
+            else if (const auto* position = std::get_if<EntityPosition>(&event))
+                ids.push_back(position->entityId);
         }
         return ids;
     }
@@ -94,6 +117,7 @@ struct Talk {
     Session session;
     double timeS = 100;
     ByteOrder lastOrder = ByteOrder::little;
+    Protocol lastProtocol = Protocol::cigi3;
 };
 
 using Ids = std::vector<int>;

@@ -254,6 +254,7 @@ public:
     }
     void draw(const ViewState&, const lod::DrawList&, std::span<const int32_t>) override {}
     void read(std::span<std::byte>) override {}
+    void readDepth(std::span<float>) override {}
     double depthAt(int, int) override { return 0; }
     uint64_t gpuBytes() const noexcept override { return 0; }
 
@@ -278,7 +279,6 @@ TEST_CASE("pages that come and go are always decoded on top of their own parent"
     for (int i = 0; i < 60; ++i) {
         app::FrameStats stats;
         engine.draw(lookNorth(engine.info(), 500 + 40 * (i % 7), 0.9 * i), stats);
-        engine.load(stats);
         pageIns += stats.pageIns;
         for (uint32_t page = 0; page < dataset.pages().size(); ++page) {
             const int32_t slot = engine.slotOfPage()[page];

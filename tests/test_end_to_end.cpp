@@ -528,3 +528,29 @@ int main(int argc, char** argv)
 {
     return test::runWithDriver(argc, argv);
 }
+
+TEST_CASE("hosts of CIGI 4 and of FlightGear's native FDM fly it as well")
+{
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    for (const std::string protocol : {"cigi4", "fgnet"}) {
+        const std::string figures = dir.file(protocol + ".json");
+        Generator ig(dir, {"--terrain", terrain, "--stats", figures, "--set", "view.width=64", "--set",
+                           "view.height=36", "--set", "view.rate_hz=20"});
+        INFO(readFile(ig.errFile));
+        REQUIRE_FALSE(ig.address.empty());
+        Process host({"eyepoint-host", "--protocol", protocol, "--target", ig.address, "--orbit",
+                      "57.02,-5.1,700,2500", "--rate", "20", "--duration", "1"},
+                     dir.file("host.out"), dir.file("host.err"));
+        const int hostCode = host.wait(60);
+        INFO(readFile(dir.file("host.err")));
+        REQUIRE(hostCode == 0);
+        ig.process.signal(SIGTERM);
+        REQUIRE(ig.process.wait(30) == 0);
+        const auto stats = nlohmann::json::parse(readFile(figures));
+        CHECK(stats["packets"]["protocol"] == protocol);
+        CHECK(stats["packets"]["accepted"].get<int>() >= 15);
+        CHECK(stats["packets"]["refused_by_world"] == 0);
+        CHECK(stats["packets"]["out_of_range"] == 0);
+    }
+}

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // eyepoint-host: its handshake against our session, and a flight over loopback.
+#include "hostif/codec.h"
 #include "hostif/session.h"
 #include "hostif/udp_socket.h"
 #include "tools/host/report.h"
@@ -38,7 +39,10 @@ struct Room {
             if (!lose(2 * tick))
                 session.receive(message, loopback(5000), timeS + 0.001);
             for (const auto& event : session.takeEvents())
-                entities += std::holds_alternative<hostif::EntityControl>(event) ? 1 : 0;
+                entities += std::holds_alternative<hostif::EntityControl>(event) ||
+                                    std::holds_alternative<hostif::EntityPosition>(event)
+                                ? 1
+                                : 0;
             const auto answer = session.startOfFrame(timeS + 0.002);
             if (!lose(2 * tick + 1))
                 link.receive(answer, timeS + 0.003);
@@ -74,6 +78,42 @@ TEST_CASE("the host waits for a database that loads, then every frame carries th
     for (const double tripS : stats.roundTripsS)
         CHECK(tripS == Approx(0.003));
     CHECK(stats.sofLost + stats.framesPassedOver + stats.framesUnacknowledged + stats.badEchoes == 0);
+}
+
+TEST_CASE("a host of CIGI 4 gets through the handshake and is acknowledged")
+{
+    LinkOptions options;
+    options.protocol = hostif::Protocol::cigi4;
+    options.order = hostif::ByteOrder::big;
+    Room room(options);
+    room.session.setDatabaseState(hostif::DatabaseState::loaded);
+    room.fly(120);
+    REQUIRE(room.link.phase() == LinkPhase::ready);
+    const LinkStats stats = room.link.stats();
+    CHECK(stats.framesSent > 100);
+    CHECK(stats.startOfFrames == stats.framesSent);
+    CHECK(room.session.stats().protocol == hostif::Protocol::cigi4);
+    CHECK(room.entities == int(stats.framesSent));
+}
+
+TEST_CASE("a host of FGNetFDM flies at once and waits for nothing")
+{
+    LinkOptions options;
+    options.protocol = hostif::Protocol::fgnet;
+    Room room(options);
+    REQUIRE(room.link.phase() == LinkPhase::ready);
+    const auto message = room.link.nextMessage({56.5, -5.25, 1500, 90, 5, -20}, 1);
+    hostif::HostDatagram out;
+    REQUIRE(decodeHost(hostif::Protocol::fgnet, message, out));
+    const auto& entity = std::get<hostif::EntityControl>(out.messages.at(0));
+    CHECK(entity.latitudeDegOrXM == Approx(56.5));
+    CHECK(entity.longitudeDegOrYM == Approx(-5.25));
+    CHECK(entity.altitudeOrZM == 1500);
+    CHECK(entity.yawDeg == Approx(90));
+    CHECK(entity.pitchDeg == Approx(5));
+    CHECK(entity.rollDeg == Approx(-20));
+    CHECK(room.link.allAcknowledged());
+    CHECK(room.link.stats().framesSent == 1);
 }
 
 TEST_CASE("an answer to something else does not move the handshake on")

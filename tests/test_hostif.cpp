@@ -32,7 +32,7 @@ TEST_CASE("a reference host frame decodes to its values in both byte orders and 
         CHECK(frame.control.timestampTicks == 168496141);
         CHECK(frame.control.lastIgFrameNumber == 286397204);
         CHECK(frame.control.countsFrames);
-        REQUIRE(frame.messages.size() == 3);
+        REQUIRE(frame.messages.size() == 4);
 
         const auto& e = std::get<EntityControl>(frame.messages[0]);
         EntityControl expected;
@@ -65,10 +65,17 @@ TEST_CASE("a reference host frame decodes to its values in both byte orders and 
         CHECK(v.pitchDeg == -3.0F);
         CHECK(v.yawDeg == 45.0F);
 
-        CHECK(frame.notes[Reason::unsupportedId] == 1); // the HAT/HOT Request
-        CHECK(total(frame.notes) == 1);
-        const Bytes understood(bytes.begin(), bytes.begin() + test::kFrameUnderstoodBytes);
-        CHECK(encoded(frame.messages, order, frame.control) == understood);
+        const auto& h = std::get<HatHotRequest>(frame.messages[3]);
+        CHECK(h.requestId == 0x1234);
+        CHECK(h.type == HatHotType::extended);
+        CHECK_FALSE(h.entityFrame);
+        CHECK(h.periodFrames == 0);
+        CHECK(h.latitudeDegOrXM == 37.6188056);
+        CHECK(h.longitudeDegOrYM == -122.3754167);
+        CHECK(h.altitudeOrZM == 1234.5);
+
+        CHECK(total(frame.notes) == 0);
+        CHECK(encoded(frame.messages, order, frame.control) == bytes);
     }
 }
 
@@ -122,7 +129,7 @@ TEST_CASE("packets of unknown and unsupported ids are skipped by size and counte
     for (const char* packet :
          {"c9 08 01 02 03 04 05 06",                // user packet 201
           "24 04 00 00",                            // 36 is nobody's, and an odd size
-          "0f 08 00 00 00 00 00 00",                // Terrestrial Surface Conditions Control
+          "21 08 00 00 00 00 00 00",                // Symbol Clone
           "1e 0c 00 00 00 00 00 00 41 42 43 00"}) { // Symbol Text Definition of varying size
         const Bytes extra = fromHex(packet);
         bytes.insert(bytes.end(), extra.begin(), extra.end());
@@ -133,6 +140,8 @@ TEST_CASE("packets of unknown and unsupported ids are skipped by size and counte
     CHECK(out.notes[Reason::unknownId] == 2);
     CHECK(out.notes[Reason::unsupportedId] == 2);
     CHECK(out.notes[Reason::oddSize] == 2);
+    const auto skipped = out.skipped.ids();
+    CHECK(std::vector<unsigned>(skipped.begin(), skipped.end()) == std::vector<unsigned>{201, 36, 33, 30});
 }
 
 TEST_CASE("a packet with a value out of range is left out and counted, the rest stays")
@@ -289,10 +298,10 @@ TEST_CASE("a reused datagram keeps nothing of the one before")
     CHECK(total(out.notes) == 0);
 }
 
-TEST_CASE("what follows a Start Of Frame is skipped, if it is well formed")
+TEST_CASE("a host's packet after a Start Of Frame is skipped, if it is well formed")
 {
     Bytes bytes = fromHex(test::kLoadingLittle);
-    const Bytes extra = fromHex("66 10 00 00 00 00 00 00 00 00 00 00 00 00 00 00");
+    const Bytes extra = fromHex("1b 08 00 00 00 00 00 00"); // Position Request
     bytes.insert(bytes.end(), extra.begin(), extra.end());
     CHECK(decodedIg(bytes).notes[Reason::unsupportedId] == 1);
     bytes.pop_back();

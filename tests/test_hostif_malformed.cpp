@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The CIGI 3.3 codec: every way a datagram can be wrong.
+// The CIGI 3.3 codec: what can be wrong with a datagram as a whole. What can be wrong with each kind of
+// packet is in test_hostif_roundtrip.cpp.
 #include "hostif_samples.h"
 
 #include <algorithm>
@@ -7,48 +8,6 @@
 #include <random>
 
 using namespace test;
-
-TEST_CASE("every shorter datagram is refused, but for one that ends where a packet ends")
-{
-    for (const ByteOrder order : kOrders) {
-        for (const HostMessage& sample : kSamples) {
-            const Bytes bytes = encoded({sample}, order);
-            for (size_t size = 0; size < bytes.size(); ++size) {
-                INFO("size " << size);
-                const auto cut = std::span(bytes).first(size);
-                if (size == 24)
-                    CHECK(decoded(cut).messages.empty());
-                else
-                    CHECK(refusal(cut) == (size < 8 ? Reason::tooShort : Reason::overrun));
-            }
-        }
-        Bytes sof;
-        cigi33::append(sof, order, StartOfFrame{});
-        for (size_t size = 0; size < sof.size(); ++size) {
-            const std::span<const std::byte> cut(sof.data(), size);
-            const test::ExactBlock block(cut);
-            IgDatagram out;
-            CHECK_FALSE(cigi33::decodeIg(block.span(), out));
-        }
-    }
-}
-
-TEST_CASE("bytes after the last packet are refused unless they are packets")
-{
-    for (const HostMessage& sample : kSamples) {
-        for (size_t extra = 1; extra < 12; ++extra) {
-            Bytes bytes = encoded({sample});
-            bytes.resize(bytes.size() + extra, std::byte{0});
-            CHECK(refusal(bytes) == (extra == 1 ? Reason::overrun : Reason::badSize));
-        }
-    }
-    Bytes sof;
-    cigi33::append(sof, ByteOrder::little, StartOfFrame{});
-    sof.resize(sof.size() + 3, std::byte{0});
-    const test::ExactBlock block(sof);
-    IgDatagram out;
-    CHECK_FALSE(cigi33::decodeIg(block.span(), out));
-}
 
 TEST_CASE("a packet whose size byte does not fit its id is refused")
 {

@@ -51,6 +51,21 @@ TEST_CASE("frame numbers: a huge step forward is a restart, not a loss; after si
     CHECK(f.take(newest) == A::duplicate);
 }
 
+TEST_CASE("frame numbers: old ones that count up are a restart, single duplicates are not")
+{
+    using A = FrameSequence::Arrival;
+    FrameSequence f;
+    for (uint32_t number = 1; number <= 40; ++number)
+        f.take(number);
+    for (uint32_t number = 30; number <= 40; number += 2) // every other one again
+        CHECK(f.take(number) == A::duplicate);
+    CHECK(f.newest() == 40);
+    for (uint32_t number = 1; number < FrameSequence::kRestartRun; ++number)
+        CHECK(f.take(number) == A::duplicate);
+    CHECK(f.take(FrameSequence::kRestartRun) == A::restart);
+    CHECK(f.take(FrameSequence::kRestartRun + 1) == A::next);
+}
+
 TEST_CASE("lost, duplicate and late messages are told apart; only new ones change anything")
 {
     Talk t;
@@ -231,12 +246,12 @@ TEST_CASE("events of a frame carry arrival time and head, and are handed out onc
 
 TEST_CASE("a frame's events are bounded; what does not fit is refused whole")
 {
-    Talk t({.eventCapacity = 4096});
-    for (uint32_t frame = 1; frame <= 10; ++frame)
+    Talk t({.eventCapacity = kLeastEvents});
+    for (uint32_t frame = 1; frame <= 14; ++frame)
         t.say({.frame = frame, .entities = 1000});
-    CHECK(t.entities().size() == 4000);
+    CHECK(t.entities().size() == 8000);
     CHECK(t.session.stats().reasons[Reason::overflow] == 6);
-    t.say({.frame = 11, .entities = 1000});
+    t.say({.frame = 15, .entities = 1000});
     CHECK(t.entities().size() == 1000);
     CHECK(t.session.stats().lost == 6);
 }
@@ -266,8 +281,169 @@ TEST_CASE("the log tells when a host comes, falls silent, comes back and restart
     t.say({.frame = 501});
     t.say({.frame = 1});
     REQUIRE(log.lines.size() == 4);
-    CHECK(log.lines[0] == "host 10.0.0.1:5000 found");
-    CHECK(log.lines[1].find("10.0.0.1:5000 is silent") != std::string::npos);
-    CHECK(log.lines[2] == "host 10.0.0.1:5000 is back");
-    CHECK(log.lines[3] == "host 10.0.0.1:5000 has restarted");
+    CHECK(log.lines[0] == "host 10.0.0.1:5000 (cigi3) found");
+    CHECK(log.lines[1].find("10.0.0.1:5000 (cigi3) is silent") != std::string::npos);
+    CHECK(log.lines[2] == "host 10.0.0.1:5000 (cigi3) is back");
+    CHECK(log.lines[3] == "host 10.0.0.1:5000 (cigi3) has restarted");
+}
+
+TEST_CASE("the first host's protocol is spoken until it is lost; others are refused by name")
+{
+    Talk t;
+    t.say({.frame = 1, .order = ByteOrder::big, .protocol = Protocol::cigi4});
+    CHECK(t.entities() == Ids{1});
+    StartOfFrame sof = t.answer();
+    CHECK(t.lastProtocol == Protocol::cigi4);
+    CHECK(t.lastOrder == ByteOrder::big);
+    CHECK(sof.lastHostFrameNumber == 1);
+    CHECK(sof.minorVersion == 0);
+    t.say({.frame = 2, .protocol = Protocol::cigi3});
+    t.raw(fdm());
+    CHECK(t.entities() == Ids{});
+    CHECK(t.session.stats().reasons[Reason::cigi3] == 1);
+    CHECK(t.session.stats().reasons[Reason::fgNetFdm] == 1);
+    t.timeS += 2;
+    t.answer();
+    t.say({.frame = 7, .protocol = Protocol::cigi3});
+    CHECK(t.entities() == Ids{7});
+    t.answer();
+    CHECK(t.lastProtocol == Protocol::cigi3);
+    CHECK(t.session.stats().protocol == Protocol::cigi3);
+}
+
+TEST_CASE("a configured protocol is the only one")
+{
+    Talk t({.protocol = Protocol::cigi4});
+    t.say({.frame = 1, .protocol = Protocol::cigi3});
+    t.raw(fdm());
+    CHECK(t.session.hostState() == HostState::none);
+    CHECK(t.session.stats().reasons[Reason::cigi3] == 1);
+    CHECK(t.session.stats().reasons[Reason::fgNetFdm] == 1);
+    t.answer(); // what is sent unasked is of that protocol, too
+    CHECK(t.lastProtocol == Protocol::cigi4);
+    t.say({.frame = 1, .protocol = Protocol::cigi4});
+    CHECK(t.entities() == Ids{1});
+}
+
+TEST_CASE("a native FDM operates without a handshake, gets no answer, is lost and comes back")
+{
+    Talk t;
+    t.raw(fdm());
+    t.raw(fdm());
+    CHECK(t.session.mode() == IgMode::operate);
+    CHECK(t.entities() == Ids{0, 0});
+    CHECK(t.session.startOfFrame(t.timeS).empty());
+    CHECK_FALSE(t.session.replyTo());
+    CHECK(t.session.stats().accepted == 2);
+    t.timeS += 2;
+    CHECK(t.session.startOfFrame(t.timeS).empty());
+    CHECK(t.session.hostState() == HostState::lost);
+    t.raw(fdm());
+    CHECK(t.session.hostState() == HostState::live);
+    CHECK(t.entities() == Ids{0});
+}
+
+TEST_CASE("answers follow the next Start Of Frame in order, as far as they fit")
+{
+    Talk t;
+    t.session.respond(AnimationStop{1}); // to nobody
+    t.say({.frame = 0x25});
+    CHECK(t.session.hostFrameLowBits() == 5);
+    constexpr int kMany = 1000;
+    for (int i = 0; i < kMany; ++i)
+        t.session.respond(HatHotExtendedResponse{.requestId = static_cast<uint16_t>(i)});
+    int next = 0;
+    for (int frame = 0; frame < 3; ++frame) {
+        const IgDatagram answer = t.wholeAnswer();
+        for (const IgMessage& message : answer.messages)
+            CHECK(std::get<HatHotExtendedResponse>(message).requestId == next++);
+    }
+    CHECK(next == kMany);
+    CHECK(t.session.stats().responses == kMany);
+    CHECK(t.wholeAnswer().messages.empty());
+    for (size_t i = 0; i < kMostResponses + 3; ++i)
+        t.session.respond(AnimationStop{});
+    CHECK(t.session.stats().responsesDropped == 3);
+}
+
+TEST_CASE("the host is told once of each id that is skipped, a restarted host again")
+{
+    Talk t;
+    const auto withUserPacket = [](uint32_t frame) {
+        Bytes bytes = encode({.frame = frame, .entities = 0});
+        const Bytes user = test::fromHex("c9 08 01 02 03 04 05 06 c9 08 01 02 03 04 05 06");
+        bytes.insert(bytes.end(), user.begin(), user.end());
+        return bytes;
+    };
+    t.raw(withUserPacket(100));
+    t.raw(withUserPacket(101));
+    IgDatagram answer = t.wholeAnswer();
+    REQUIRE(answer.messages.size() == 1);
+    const auto& text = std::get<IgText>(answer.messages[0]);
+    CHECK(text.messageId == kTextSkippedPacket);
+    CHECK(text.text.view() == "packets with id 201 are not supported and are skipped");
+    t.raw(withUserPacket(102));
+    CHECK(t.wholeAnswer().messages.empty());
+    CHECK(t.session.stats().reasons[Reason::unknownId] == 6);
+    t.raw(withUserPacket(1));
+    CHECK(t.session.stats().restarts == 1);
+    CHECK(t.wholeAnswer().messages.size() == 1);
+    for (unsigned id = 36; id < 100; ++id) { // a flood of ids ends
+        Bytes bytes = encode({.frame = 2 + id, .entities = 0});
+        for (const unsigned byte : {id, 8U, 0U, 0U, 0U, 0U, 0U, 0U})
+            bytes.push_back(static_cast<std::byte>(byte));
+        t.raw(bytes);
+    }
+    CHECK(t.wholeAnswer().messages.size() == 31);
+}
+
+TEST_CASE("the log names the field of a bad value")
+{
+    Lines log;
+    Talk t({}, &log);
+    Bytes bytes = encode({.frame = 1, .entities = 0});
+    cigi33::append(bytes, ByteOrder::little, HostMessage{EntityControl{.pitchDeg = 91}});
+    t.raw(bytes);
+    REQUIRE(log.lines.size() == 2);
+    CHECK(log.lines[1].find("entity_control pitch") != std::string::npos);
+}
+
+TEST_CASE("time stamps say when the data were true, free of what the network adds")
+{
+    HostClock clock;
+    // A host at 100 Hz whose origin is about to wrap; the network adds 2 ms and up to 8 ms more.
+    uint32_t ticks = 0xFFFFFF00U;
+    double sentS = 50;
+    double worstS = 0;
+    CHECK(clock.timeOf(ticks, sentS + 0.002) == sentS + 0.002);
+    for (int i = 0; i < 1000; ++i) {
+        ticks += 1000;
+        sentS += 0.01;
+        const double arrivalS = sentS + 0.002 + 0.008 * ((i * 7) % 11) / 10.0;
+        const double dataS = clock.timeOf(ticks, arrivalS);
+        CHECK(dataS <= arrivalS);
+        worstS = std::max(worstS, std::abs(dataS - (sentS + 0.002)));
+    }
+    CHECK(worstS < 0.0005); // what leaks between two messages without delay
+    // A count that begins anew is taken at its arrival.
+    CHECK(clock.timeOf(12, 100) == 100);
+    CHECK(clock.timeOf(1012, 100.5) == Approx(100.01).margin(0.001));
+}
+
+TEST_CASE("a message's data are as old as its time stamp says, or as its arrival without one")
+{
+    Talk t;
+    t.say({.frame = 1, .ticks = 5000});
+    t.timeS += 0.2; // held up on its way
+    t.say({.frame = 2, .ticks = 5000 + 1667});
+    t.say({.frame = 3});
+    std::vector<HostFrame> frames;
+    for (const SessionEvent& event : t.session.takeEvents()) {
+        if (const auto* frame = std::get_if<HostFrame>(&event))
+            frames.push_back(*frame);
+    }
+    REQUIRE(frames.size() == 3);
+    CHECK(frames[0].dataS == frames[0].arrivalS);
+    CHECK(frames[1].arrivalS - frames[1].dataS == Approx(0.2).margin(0.001));
+    CHECK(frames[2].dataS == frames[2].arrivalS);
 }

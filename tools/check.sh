@@ -32,12 +32,14 @@ step "asan: test"
 # Without the benchmarks and the whole programs, which would take minutes.
 ctest --preset asan -LE slow
 
-build tsan --target test_out test_receipts test_service test_shm_ring test_terrain_compiler
+tsan_tests='test_height_query test_out test_receipts test_service test_shm_ring test_terrain_compiler'
+# shellcheck disable=SC2086 # a list of targets
+build tsan --target $tsan_tests
 step "tsan: test"
-ctest --preset tsan -R '^(test_out|test_receipts|test_service|test_shm_ring|test_terrain_compiler)$'
+ctest --preset tsan -R "^(${tsan_tests// /|})\$"
 
 build fuzz --target fuzzers
-for name in fuzz_cigi33 fuzz_session; do
+for name in fuzz_cigi33 fuzz_cigi40 fuzz_fgnet fuzz_session; do
   step "fuzz: $name, $fuzz_seconds s"
   found=$(mktemp -d)
   "build/fuzz/tests/$name" -max_total_time="$fuzz_seconds" -max_len=3000 -print_final_stats=1 -artifact_prefix="$found/" \

@@ -10,9 +10,10 @@ packages=(
   libglm-dev libcli11-dev libtomlplusplus-dev libfmt-dev libspdlog-dev nlohmann-json3-dev
   libzstd-dev libxxhash-dev libpng-dev
   libgdal-dev # the terrain compiler alone
+  libpcap-dev # eyepoint-replay alone
 )
 if [ "${1:-}" = --tests ]; then
-  packages+=(catch2 libgeographiclib-dev libbenchmark-dev libpcap-dev tshark clang libclang-rt-14-dev gdal-bin)
+  packages+=(catch2 libgeographiclib-dev libbenchmark-dev tshark clang libclang-rt-14-dev gdal-bin)
 fi
 
 missing=()

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "ig/app/host_link.h"
 
+#include "hostif/protocol.h"
+#include "ig/app/steady_clock.h"
+
 #include <algorithm>
 
 namespace ig::app {
@@ -9,78 +12,6 @@ namespace {
 
 // More than a sane host sends in a frame; a flood beyond it stays queued in the kernel and is dropped there.
 constexpr int kDatagramsPerFrame = 4096;
-
-double radians(double degrees)
-{
-    return degrees * kRadPerDeg;
-}
-
-std::optional<double> radians(const std::optional<float>& degrees)
-{
-    return degrees ? std::optional<double>(radians(double{*degrees})) : std::nullopt;
-}
-
-std::optional<double> widened(const std::optional<float>& value)
-{
-    return value ? std::optional<double>(*value) : std::nullopt;
-}
-
-// Applies one accepted statement of the host to the world.
-struct ToWorld {
-    scene::World& world;
-
-    scene::Applied operator()(const hostif::WorldReset&) const
-    {
-        world.reset();
-        return scene::Applied::yes;
-    }
-    scene::Applied operator()(const hostif::HostFrame&) const { return scene::Applied::yes; }
-    scene::Applied operator()(const hostif::EntityControl& in) const
-    {
-        if (in.state == hostif::EntityState::destroyed) {
-            world.destroy(in.entityId);
-            return scene::Applied::yes;
-        }
-        scene::EntityState state;
-        state.id = in.entityId;
-        state.attached = in.attached;
-        state.parent = in.parentId;
-        state.attitude = {radians(double{in.yawDeg}), radians(double{in.pitchDeg}),
-                          radians(double{in.rollDeg})};
-        if (in.attached) {
-            state.offsetM = {in.latitudeDegOrXM, in.longitudeDegOrYM, in.altitudeOrZM};
-        } else {
-            state.position = {radians(in.latitudeDegOrXM), radians(in.longitudeDegOrYM), in.altitudeOrZM};
-        }
-        return world.set(state);
-    }
-    scene::Applied operator()(const hostif::ViewControl& in) const
-    {
-        scene::ViewPlacement placement;
-        placement.view = in.viewId;
-        placement.group = in.groupId;
-        placement.entity = in.entityId;
-        placement.xM = widened(in.xOffsetM);
-        placement.yM = widened(in.yOffsetM);
-        placement.zM = widened(in.zOffsetM);
-        placement.yawRad = radians(in.yawDeg);
-        placement.pitchRad = radians(in.pitchDeg);
-        placement.rollRad = radians(in.rollDeg);
-        return world.set(placement);
-    }
-    scene::Applied operator()(const hostif::ViewDefinition& in) const
-    {
-        scene::ViewShape shape;
-        shape.view = in.viewId;
-        shape.group = in.groupId;
-        shape.nearM = widened(in.nearM);
-        shape.leftRad = radians(in.leftDeg);
-        shape.rightRad = radians(in.rightDeg);
-        shape.bottomRad = radians(in.bottomDeg);
-        shape.topRad = radians(in.topDeg);
-        return world.set(shape);
-    }
-};
 
 Unexpected<Error> inKey(const char* key, const Error& error)
 {
@@ -98,6 +29,7 @@ Result<HostLink> HostLink::open(const config::Settings& settings, LogSink& log)
     hostif::SessionOptions options;
     options.hostTimeoutS = settings.host.timeoutS;
     options.databaseNumber = static_cast<int8_t>(settings.host.database);
+    options.protocol = hostif::protocolOfName(settings.host.protocol); // "auto" names none
     if (!settings.host.peer.empty()) {
         const auto peer = hostif::parseAddress(settings.host.peer);
         if (!peer) {
@@ -109,20 +41,54 @@ Result<HostLink> HostLink::open(const config::Settings& settings, LogSink& log)
     if (!socket) {
         return inKey("host.listen", socket.error());
     }
-    return HostLink(std::move(*socket), options, static_cast<uint16_t>(settings.view.id), log);
+    return HostLink(std::move(*socket), options, settings, log);
 }
 
-HostLink::HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options, uint16_t drawnView,
-                   LogSink& log)
-    : _socket(std::move(socket)), _session(options, &log), _log(&log), _drawnView(drawnView)
+HostLink::HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options,
+                   const config::Settings& settings, LogSink& log)
+    : _socket(std::move(socket)), _session(options, &log), _log(&log),
+      _timing(settings.host.timing == "lockstep" ? Timing::lockstep
+              : settings.host.timing == "sync"   ? Timing::sync
+                                                 : Timing::async),
+      _timeoutS(settings.host.timeoutS), _drawnView(static_cast<uint16_t>(settings.view.id)),
+      _toWorld(_timing == Timing::async ? settings.host.extrapolationS : 0.0)
 {
 }
 
-void HostLink::receive(scene::World& world, double nowS)
+void HostLink::drain(double nowS)
 {
     hostif::UdpSocket::Received received;
     for (int i = 0; i < kDatagramsPerFrame && _socket.receive(received); ++i) {
         _session.receive(received.bytes, received.sender, std::min(received.arrivalS, nowS));
+    }
+}
+
+// Without a host there is nothing to wait for: frames go on, and their Start Of Frame calls for one.
+void HostLink::takeOneMessage(double nowS)
+{
+    const uint64_t before = _session.stats().accepted;
+    hostif::UdpSocket::Received received;
+    for (int i = 0; i < kDatagramsPerFrame; ++i) {
+        while (!_socket.receive(received)) {
+            const double leftS = _session.lastArrivalS() + _timeoutS - nowS;
+            if (_session.hostState() != hostif::HostState::live || !(leftS > 0) || !_socket.wait(leftS)) {
+                return;
+            }
+            nowS = static_cast<double>(steadyNs()) * kSecondsPerNs;
+        }
+        _session.receive(received.bytes, received.sender, std::min(received.arrivalS, nowS));
+        if (_session.stats().accepted != before) {
+            return;
+        }
+    }
+}
+
+void HostLink::receive(scene::World& world, double nowS)
+{
+    if (_timing == Timing::lockstep) {
+        takeOneMessage(nowS);
+    } else {
+        drain(nowS);
     }
     _newestArrivalS.reset();
     for (const hostif::SessionEvent& event : _session.takeEvents()) {
@@ -130,13 +96,14 @@ void HostLink::receive(scene::World& world, double nowS)
             _newestArrivalS = frame->arrivalS;
             _newestFrame = *frame;
         }
-        noteView(event);
-        if (std::visit(ToWorld{world}, event) != scene::Applied::yes) {
+        noteUnsupported(event);
+        _queries.take(event);
+        if (_toWorld.apply(event, world) != scene::Applied::yes) {
             ++_refused;
-            warnOnce(
-                _notedRefusal,
-                "the host asks for what cannot be (unknown parent entity, too many entities or views, or "
-                "an impossible view); such packets are ignored and counted");
+            warnOnce(_notedRefusal,
+                     "the host asks for what cannot be (unknown parent or entity, too many entities, "
+                     "views or weather layers, or "
+                     "an impossible view); such packets are ignored and counted");
         }
     }
 }
@@ -150,7 +117,7 @@ void HostLink::warnOnce(bool& noted, const char* line)
 }
 
 // What a host may wonder about when the picture is not what it asked for.
-void HostLink::noteView(const hostif::SessionEvent& event)
+void HostLink::noteUnsupported(const hostif::SessionEvent& event)
 {
     const auto* placement = std::get_if<hostif::ViewControl>(&event);
     const auto* shape = std::get_if<hostif::ViewDefinition>(&event);
@@ -165,6 +132,15 @@ void HostLink::noteView(const hostif::SessionEvent& event)
             _notedUnsupported,
             "the host asks for an orthographic or mirrored view; it is drawn in perspective, not mirrored");
     }
+    const auto* earth = std::get_if<hostif::EarthModelDefinition>(&event);
+    if (earth != nullptr && earth->custom) {
+        warnOnce(_notedEarth, "the host defines an earth model of its own; the terrain's stays in force");
+    }
+}
+
+void HostLink::answerQueries(const scene::World& world, double displayS)
+{
+    _queries.answer(world, displayS, _session);
 }
 
 void HostLink::answer(double nowS)

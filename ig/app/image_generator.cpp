@@ -18,7 +18,8 @@ scene::ViewDefaults viewDefaults(const config::Settings& settings)
 {
     const double halfWidth = 0.5 * settings.view.fovHorizontalDeg * kRadPerDeg;
     const double halfHeight = 0.5 * settings.view.fovVerticalDeg * kRadPerDeg;
-    return {-halfWidth, halfWidth, -halfHeight, halfHeight, settings.view.nearM};
+    return {-halfWidth, halfWidth,           -halfHeight,
+            halfHeight, settings.view.nearM, settings.shading.visibilityM};
 }
 
 TerrainSettings terrainSettings(const config::Settings& settings)
@@ -129,6 +130,12 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
         return Unexpected{loaded.error()};
     }
     generator->warmUp();
+    auto ground = data::HeightQuery::create(generator->_terrain.dataset());
+    if (!ground) {
+        return Unexpected{ground.error()};
+    }
+    generator->_ground = std::move(*ground);
+    generator->_host.setGround(generator->_ground.get());
     generator->_host.terrainLoaded();
     return generator;
 }
@@ -159,10 +166,10 @@ void ImageGenerator::warmUp()
     _renderer->read(_picture);
 }
 
-ViewState ImageGenerator::currentView()
+ViewState ImageGenerator::currentView(double displayS)
 {
     const auto view =
-        _world.viewState(static_cast<uint16_t>(_settings.view.id), _view.widthPx, _view.heightPx);
+        _world.viewState(static_cast<uint16_t>(_settings.view.id), _view.widthPx, _view.heightPx, displayS);
     // A host that destroys its ownship or resets leaves the last picture, not a black one.
     return view.value_or(_view);
 }
@@ -173,8 +180,11 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     stats.number = _frameNumber++;
     const double nowS = static_cast<double>(startNs) * kSecondsPerNs;
     _host.receive(_world, nowS);
+    const double displayS =
+        nowS + 1.0 / _settings.view.rateHz; // the picture is out when the next frame begins
+    _host.answerQueries(_world, displayS);
     _host.answer(nowS);
-    _view = currentView();
+    _view = currentView(displayS);
     stats.hostNs = steadyNs() - startNs;
 
     if (_timeControl) {
@@ -310,16 +320,18 @@ RunSummary ImageGenerator::summary(uint64_t missedFrames, double durationS) cons
     run.session = _host.sessionStats();
     run.socket = _host.socketStats();
     run.refusedByWorld = _host.refusedByWorld();
+    run.queries = _host.queryStats();
     return run;
 }
 
 std::string ImageGenerator::description() const
 {
     const data::DatasetInfo& terrain = _terrain.info();
-    return "listening on " + hostif::toString(_host.local()) + " for CIGI 3.3; terrain " +
-           std::to_string(terrain.shape.cols) + " x " + std::to_string(terrain.shape.rows) + " posts; view " +
-           std::to_string(_settings.view.id) + ", " + std::to_string(_settings.view.width) + " x " +
-           std::to_string(_settings.view.height) + "; " + _context.info().renderer + " (" +
+    return "listening on " + hostif::toString(_host.local()) + " for " +
+           (_settings.host.protocol == "auto" ? "CIGI 3, CIGI 4 or FGNetFDM" : _settings.host.protocol) +
+           "; terrain " + std::to_string(terrain.shape.cols) + " x " + std::to_string(terrain.shape.rows) +
+           " posts; view " + std::to_string(_settings.view.id) + ", " + std::to_string(_settings.view.width) +
+           " x " + std::to_string(_settings.view.height) + "; " + _context.info().renderer + " (" +
            _context.info().platform + ")";
 }
 

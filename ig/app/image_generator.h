@@ -14,6 +14,7 @@
 #include "ig/app/terrain_engine.h"
 #include "ig/base/log.h"
 #include "ig/base/result.h"
+#include "ig/data/height_query.h"
 #include "ig/gl/context.h"
 #include "ig/gl/renderer.h"
 #include "ig/out/frame_sink.h"
@@ -62,7 +63,7 @@ private:
                    std::unique_ptr<gl::Renderer> renderer, data::Dataset dataset,
                    std::vector<NamedSink> sinks);
     void warmUp(); // a picture for nobody: drivers compile at the first draw
-    ViewState currentView();
+    ViewState currentView(double displayS);
     void handOut(out::Receipt& receipt);
 
     config::Settings _settings;
@@ -72,6 +73,7 @@ private:
     std::unique_ptr<gl::Renderer> _renderer;
     TerrainEngine _terrain;
     std::optional<FrameTimeControl> _timeControl; // absent: fixed budget
+    std::unique_ptr<data::HeightQuery> _ground; // over the dataset of _terrain
     scene::World _world;
     ViewState _view; // the last one drawn; at first above the middle of the terrain
     std::vector<NamedSink> _sinks;

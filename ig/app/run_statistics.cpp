@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "ig/app/run_statistics.h"
 
+#include "hostif/protocol.h"
+
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
 
@@ -27,7 +29,9 @@ Json milliseconds(const Histogram& histogram)
 
 Json packets(const RunSummary& run)
 {
-    Json json{{"datagrams", run.session.datagrams},
+    const auto& protocol = run.session.protocol;
+    Json json{{"protocol", protocol ? std::string(hostif::protocolName(*protocol)) : std::string()},
+              {"datagrams", run.session.datagrams},
               {"accepted", run.session.accepted},
               {"lost", run.session.lost},
               {"duplicate", run.session.duplicate},
@@ -35,6 +39,11 @@ Json packets(const RunSummary& run)
               {"host_restarts", run.session.restarts},
               {"host_losses", run.session.hostLosses},
               {"ignored_in_standby", run.session.ignoredInStandby},
+              {"responses", run.session.responses},
+              {"responses_dropped", run.session.responsesDropped},
+              {"requests", run.queries.requests},
+              {"requests_unanswered", run.queries.unanswered},
+              {"answers_from_coarse_terrain", run.queries.coarse},
               {"refused_by_world", run.refusedByWorld},
               {"host_lag_frames", run.session.hostLagFrames},
               {"host_lag_frames_max", run.session.hostLagMaxFrames},

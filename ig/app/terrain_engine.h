@@ -46,6 +46,7 @@ public:
     // Another budget and tolerance, and the same method, from the next draw() on; between frames, allocates.
     void reconfigure(const lod::SelectionSettings& selection, uint32_t pageLoadsPerFrame);
 
+    const data::Dataset& dataset() const noexcept { return _dataset; }
     const data::DatasetInfo& info() const noexcept { return _dataset.info(); }
     const lod::DrawList& drawList() const noexcept { return _list; }
     std::span<const int32_t> slotOfPage() const noexcept { return _slots.slotOfPage(); }

@@ -27,6 +27,7 @@ struct ViewState {
     Frustum frustum;
     int widthPx = 1280;
     int heightPx = 720;
+    double visibilityM = 0; // at the eye, meteorological; 0: as the renderer was set up
 };
 
 // View axes of the host (X forward, Y right, Z down, columns in ECEF) to the eye frame.

@@ -32,7 +32,9 @@ struct RendererSettings {
     int heightPx = 720;
     uint32_t pageSlots = 512; // pages that fit on the GPU at one time
     bool holes = false;       // the dataset has holes: compile the variant that discards them
-    double visibilityM = 0;   // distance at which haze leaves 2 % contrast (Koschmieder); 0 leaves haze out
+    // Distance at which haze leaves 2 % contrast (Koschmieder) where the view says none; 0 leaves haze out,
+    // whatever the view says.
+    double visibilityM = 0;
     Morph morph = Morph::none;
 };
 

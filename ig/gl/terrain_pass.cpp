@@ -67,8 +67,8 @@ Result<TerrainPass> TerrainPass::create(const Context& context, const PageStore&
     pass._morph = location("u_morph");
     glUseProgram(pass._program.name());
     glUniform1i(location("u_pages"), 0);
-    if (variant.haze)
-        glUniform1f(location("u_hazePerM"), static_cast<float>(kHazeExponent / settings.visibilityM));
+    pass._hazePerM = location("u_hazePerM"); // -1 without haze
+    pass._visibilityM = settings.visibilityM;
 
     takeGlErrors();
     pass._vertexArray = makeVertexArray();
@@ -109,6 +109,10 @@ void TerrainPass::begin(const ViewState& view) const
     glUniform3fv(_eyeHigh, 1, glm::value_ptr(eyeHigh));
     glUniform3fv(_eyeLow, 1, glm::value_ptr(eyeLow));
     glUniformMatrix4fv(_clipFromRelative, 1, GL_FALSE, glm::value_ptr(clipFromRelative(view)));
+    if (_hazePerM >= 0) {
+        const double visibilityM = view.visibilityM > 0 ? view.visibilityM : _visibilityM;
+        glUniform1f(_hazePerM, static_cast<float>(kHazeExponent / visibilityM));
+    }
     if (_nearM >= 0)
         glUniform1f(_nearM, static_cast<float>(view.frustum.nearM));
 }

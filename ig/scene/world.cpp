@@ -37,7 +37,8 @@ bool drawable(double low, double high)
 } // namespace
 
 World::World(const Ellipsoid& ellipsoid, const ViewDefaults& defaults)
-    : _ellipsoid(ellipsoid), _defaults(defaults), _slotOfEntity(65536, kNone)
+    : _ellipsoid(ellipsoid), _defaults(defaults), _slotOfEntity(65536, kNone), _mayMove(65536, false),
+      _environment(ellipsoid, defaults.visibilityM)
 {
     _entities.reserve(kEntities);
     _doomed.reserve(kEntities);
@@ -46,14 +47,16 @@ World::World(const Ellipsoid& ellipsoid, const ViewDefaults& defaults)
 
 void World::reset()
 {
-    for (const EntityState& entity : _entities) {
-        _slotOfEntity[entity.id] = kNone;
+    for (const Entity& entity : _entities) {
+        _slotOfEntity[entity.state.id] = kNone;
     }
     _entities.clear();
     _views.clear();
+    std::fill(_mayMove.begin(), _mayMove.end(), false);
+    _environment.reset();
 }
 
-Applied World::set(const EntityState& state)
+Applied World::set(const EntityState& state, double timeS)
 {
     const int16_t slot = slotOf(state.id);
     if (state.attached) {
@@ -63,14 +66,57 @@ Applied World::set(const EntityState& state)
         }
     }
     if (slot != kNone) {
-        _entities[static_cast<size_t>(slot)] = state;
+        Entity& entity = _entities[static_cast<size_t>(slot)];
+        entity.state = state;
+        entity.timeS = timeS;
         return Applied::yes;
     }
     if (_entities.size() == kEntities) {
         return Applied::full;
     }
     _slotOfEntity[state.id] = static_cast<int16_t>(_entities.size());
-    _entities.push_back(state);
+    _entities.push_back({state, timeS, {}});
+    return Applied::yes;
+}
+
+Applied World::set(const GroundTrack& track, double timeS)
+{
+    const int16_t slot = slotOf(track.entity);
+    if (slot == kNone) {
+        return Applied::noEntity;
+    }
+    Entity& entity = _entities[static_cast<size_t>(slot)];
+    if (entity.state.attached) {
+        return Applied::outOfRange; // an offset is nowhere on the ground
+    }
+    entity.state.position.latitudeRad = track.latitudeRad;
+    entity.state.position.longitudeRad = track.longitudeRad;
+    entity.state.attitude.yawRad = track.yawRad;
+    entity.timeS = timeS;
+    return Applied::yes;
+}
+
+Applied World::set(uint16_t id, const Rates& rates, double timeS)
+{
+    const int16_t slot = slotOf(id);
+    if (slot == kNone) {
+        return Applied::noEntity;
+    }
+    Entity& entity = _entities[static_cast<size_t>(slot)];
+    EntityState& state = entity.state;
+    if (_extrapolation.enabled && _mayMove[id] && timeS > entity.timeS) {
+        const Motion so = motion(entity, timeS);
+        if (state.attached) {
+            state.offsetM += so.offsetM;
+        } else {
+            const glm::dmat3 axes = ecefFromNed(state.position.latitudeRad, state.position.longitudeRad);
+            state.position =
+                toGeodetic({toEcef(state.position, _ellipsoid).m + axes * so.offsetM}, _ellipsoid);
+        }
+        state.attitude = yawPitchRoll(so.parentFromBody);
+        entity.timeS = timeS;
+    }
+    entity.rates = rates;
     return Applied::yes;
 }
 
@@ -82,7 +128,7 @@ void World::destroy(uint16_t entity)
     _doomed.clear();
     _doomed.push_back(entity);
     for (size_t i = 0; i < _doomed.size(); ++i) {
-        for (const EntityState& other : _entities) {
+        for (const auto& [other, timeS, rates] : _entities) {
             if (other.attached && other.parent == _doomed[i]) {
                 _doomed.push_back(other.id);
             }
@@ -92,39 +138,56 @@ void World::destroy(uint16_t entity)
         // The last one takes its place.
         const int16_t slot = slotOf(id);
         _entities[static_cast<size_t>(slot)] = _entities.back();
-        _slotOfEntity[_entities.back().id] = slot;
+        _slotOfEntity[_entities.back().state.id] = slot;
         _entities.pop_back();
         _slotOfEntity[id] = kNone;
+        _mayMove[id] = false;
     }
 }
 
 bool World::descends(int16_t slot, int16_t ancestor) const noexcept
 {
     while (slot != kNone && slot != ancestor) {
-        const EntityState& entity = _entities[static_cast<size_t>(slot)];
+        const EntityState& entity = _entities[static_cast<size_t>(slot)].state;
         slot = entity.attached ? slotOf(entity.parent) : kNone;
     }
     return slot == ancestor;
 }
 
+Motion World::motion(const Entity& entity, double timeS) const
+{
+    const glm::dmat3 attitude = parentFromChild(entity.state.attitude);
+    if (!_extrapolation.enabled || !_mayMove[entity.state.id] || !(timeS > entity.timeS)) {
+        return {glm::dvec3(0.0), attitude};
+    }
+    return motionOver(std::min(timeS - entity.timeS, _extrapolation.horizonS), entity.rates, attitude);
+}
+
 // Climbs from the entity to its top-level ancestor: no recursion, however long a chain a host builds.
-World::Pose World::pose(int16_t slot) const
+World::Pose World::pose(int16_t slot, double timeS) const
 {
     glm::dvec3 offset(0.0);
     glm::dmat3 turn(1.0);
     for (;;) {
-        const EntityState& entity = _entities[static_cast<size_t>(slot)];
-        const glm::dmat3 own = parentFromChild(entity.attitude);
-        offset = own * offset;
-        turn = own * turn;
-        if (!entity.attached) {
-            const Geodetic& at = entity.position;
+        const Entity& entity = _entities[static_cast<size_t>(slot)];
+        const Motion own = motion(entity, timeS);
+        offset = own.parentFromBody * offset + own.offsetM;
+        turn = own.parentFromBody * turn;
+        if (!entity.state.attached) {
+            // The tangent plane of where it was: over a horizon of seconds the world is flat.
+            const Geodetic& at = entity.state.position;
             const glm::dmat3 ecefFromLocal = ecefFromNed(at.latitudeRad, at.longitudeRad);
             return {{toEcef(at, _ellipsoid).m + ecefFromLocal * offset}, ecefFromLocal * turn};
         }
-        offset += entity.offsetM;
-        slot = slotOf(entity.parent);
+        offset += entity.state.offsetM;
+        slot = slotOf(entity.state.parent);
     }
+}
+
+std::optional<World::Pose> World::entityPose(uint16_t entity, double timeS) const
+{
+    const int16_t slot = slotOf(entity);
+    return slot == kNone ? std::nullopt : std::optional(pose(slot, timeS));
 }
 
 World::View World::makeView(uint16_t id) const noexcept
@@ -209,22 +272,38 @@ Applied World::set(const ViewShape& shape)
     return Applied::yes;
 }
 
-std::optional<ViewState> World::viewState(uint16_t id, int widthPx, int heightPx) const
+std::optional<World::Pose> World::viewPose(const View& view, double timeS) const
+{
+    const auto entity = entityPose(view.entity, timeS);
+    if (!entity) {
+        return std::nullopt;
+    }
+    return Pose{{entity->position.m + entity->ecefFromBody * view.offsetM},
+                entity->ecefFromBody * parentFromChild(view.attitude)};
+}
+
+std::optional<World::Pose> World::viewPose(uint16_t id, double timeS) const
+{
+    const View* known = find(id);
+    return viewPose(known != nullptr ? *known : makeView(id), timeS);
+}
+
+std::optional<ViewState> World::viewState(uint16_t id, int widthPx, int heightPx, double timeS) const
 {
     const View* known = find(id);
     const View view = known != nullptr ? *known : makeView(id);
-    const int16_t slot = slotOf(view.entity);
-    if (slot == kNone) {
+    const auto pose = viewPose(view, timeS);
+    if (!pose) {
         return std::nullopt;
     }
-    const Pose entity = pose(slot);
     ViewState state;
-    state.eye = {entity.position.m + entity.ecefFromBody * view.offsetM};
-    state.eyeFromEcef = eyeFromEcefOfView(entity.ecefFromBody * parentFromChild(view.attitude));
+    state.eye = pose->position;
+    state.eyeFromEcef = eyeFromEcefOfView(pose->ecefFromBody);
     state.frustum = {std::tan(view.leftRad), std::tan(view.rightRad), std::tan(view.bottomRad),
                      std::tan(view.topRad), view.nearM};
     state.widthPx = widthPx;
     state.heightPx = heightPx;
+    state.visibilityM = _environment.airAt(toGeodetic(state.eye, _ellipsoid)).visibilityM;
     return state;
 }
 

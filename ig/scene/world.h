@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: MIT
-// ig/scene: what the host has said about the world (entities, views), and the ViewState that follows from it.
-// It knows no packets and no GL; ig/app translates. Everything is last-writer-wins, nothing reads a clock,
-// nothing allocates after construction.
+// ig/scene: what the host has said about the world (entities, views, environment), and the ViewState that
+// follows from it. It knows no packets and no GL; ig/app translates. Everything is last-writer-wins, nothing
+// reads a clock, nothing allocates after construction.
+//
+// Time. A statement is true at the time it is given with; a view is asked for at a time. In between an entity
+// moves with its rates where extrapolation is on for it and for the world, for at most the horizon: after
+// that it holds. Otherwise it is where the host last put it. Times are seconds of any one clock.
 #pragma once
 
 #include "ig/geo/attitude.h"
 #include "ig/geo/geodesy.h"
 #include "ig/geo/view_state.h"
+#include "ig/scene/environment.h"
+#include "ig/scene/motion.h"
 
 #include <glm/vec3.hpp>
 
@@ -25,6 +31,14 @@ struct EntityState {
     Geodetic position;       // when not attached
     glm::dvec3 offsetM{0.0}; // when attached
     YawPitchRoll attitude;
+};
+
+// A host's statement that a body stays on its course over ground: heights, pitch and roll stay.
+struct GroundTrack {
+    uint16_t entity = 0;
+    double latitudeRad = 0;
+    double longitudeRad = 0;
+    double yawRad = 0;
 };
 
 // A change to where a view sits; what is absent keeps its value. All of it refers to the entity's body axes:
@@ -50,11 +64,18 @@ struct ViewDefaults {
     double leftRad = -36.0 * kRadPerDeg, rightRad = 36.0 * kRadPerDeg;
     double bottomRad = -22.5 * kRadPerDeg, topRad = 22.5 * kRadPerDeg;
     double nearM = 0.5;
+    double visibilityM = 0; // until the host sends one; 0: no limit
+};
+
+struct Extrapolation {
+    bool enabled = false; // the master switch
+    double horizonS = 0;
 };
 
 enum class Applied {
     yes,
     full,       // no room for another entity or view
+    noEntity,   // about an entity that does not exist
     noParent,   // attachment to an entity that does not exist, or to itself or one of its children
     outOfRange, // a value that no view can have
 };
@@ -69,7 +90,14 @@ public:
     // Forgets every entity and view, as a host's Reset/Standby orders.
     void reset();
 
-    Applied set(const EntityState& state);
+    // timeS: when it was true. The entity keeps its rates.
+    Applied set(const EntityState& state, double timeS = 0);
+    Applied set(const GroundTrack& track, double timeS = 0);
+    // Rates from timeS on; where the entity has got to by then, with its rates so far, is where they begin.
+    Applied set(uint16_t entity, const Rates& rates, double timeS);
+    // Whether this entity may be moved on; it need not exist yet.
+    void allowExtrapolation(uint16_t entity, bool allowed) { _mayMove[entity] = allowed; }
+    void set(const Extrapolation& extrapolation) noexcept { _extrapolation = extrapolation; }
     // Removes an entity and everything attached to it.
     void destroy(uint16_t entity);
     Applied set(const ViewPlacement& placement);
@@ -77,15 +105,29 @@ public:
 
     bool has(uint16_t entity) const noexcept { return slotOf(entity) != kNone; }
 
-    // The view as it is to be drawn, or nothing while the entity that it sits on does not exist. Views the
-    // host never mentioned sit on entity 0, without an offset. widthPx, heightPx: of the picture.
-    std::optional<ViewState> viewState(uint16_t view, int widthPx, int heightPx) const;
-
-private:
-    static constexpr int16_t kNone = -1;
+    // A body's place and attitude in the world.
     struct Pose {
         EcefPos position;
         glm::dmat3 ecefFromBody{1.0};
+    };
+    std::optional<Pose> entityPose(uint16_t entity, double timeS) const;
+    // Axes of a view: X along the line of sight, Y right, Z down.
+    std::optional<Pose> viewPose(uint16_t view, double timeS) const;
+
+    // The view as it is to be drawn at a time, or nothing while the entity that it sits on does not exist.
+    // Views the host never mentioned sit on entity 0, without an offset. widthPx, heightPx: of the picture.
+    std::optional<ViewState> viewState(uint16_t view, int widthPx, int heightPx, double timeS = 0) const;
+
+    Environment& environment() noexcept { return _environment; }
+    const Environment& environment() const noexcept { return _environment; }
+    const Ellipsoid& ellipsoid() const noexcept { return _ellipsoid; }
+
+private:
+    static constexpr int16_t kNone = -1;
+    struct Entity {
+        EntityState state;
+        double timeS = 0; // when it is true
+        Rates rates;
     };
     struct View {
         uint16_t id = 0;
@@ -97,17 +139,23 @@ private:
     };
 
     int16_t slotOf(uint16_t entity) const noexcept { return _slotOfEntity[entity]; }
-    Pose pose(int16_t slot) const;
+    // The entity's own motion since its statement; none where it may not be moved on.
+    Motion motion(const Entity& entity, double timeS) const;
+    Pose pose(int16_t slot, double timeS) const;
     bool descends(int16_t slot, int16_t ancestor) const noexcept;
     const View* find(uint16_t view) const noexcept;
     View* findOrMake(uint16_t view);
     View makeView(uint16_t id) const noexcept;
+    std::optional<Pose> viewPose(const View& view, double timeS) const;
 
     Ellipsoid _ellipsoid;
     ViewDefaults _defaults;
     std::vector<int16_t> _slotOfEntity; // 65536
-    std::vector<EntityState> _entities; // the used ones, in no order
-    std::vector<uint16_t> _doomed;      // scratch of destroy
+    std::vector<Entity> _entities;      // the used ones, in no order
+    std::vector<bool> _mayMove;         // 65536
+    Extrapolation _extrapolation;
+    Environment _environment;
+    std::vector<uint16_t> _doomed; // scratch of destroy
     std::vector<View> _views;
 };
 

@@ -3,7 +3,8 @@
 //   size (16 bits, little-endian)   of the payload
 //   sender and flags                bits 0-1 which sender; bit 2 a new frame first; bit 3 the terrain is
 //   loaded time                            since the step before, in 1/64 s
-#include "hostif/cigi33.h"
+#include "hostif/codec.h"
+#include "hostif/protocol.h"
 #include "hostif/session.h"
 
 #include <algorithm>
@@ -21,10 +22,20 @@ void newFrame(hostif::Session& session, double timeS)
 {
     for (const hostif::SessionEvent& event : session.takeEvents()) {
         if (const auto* frame = std::get_if<hostif::HostFrame>(&event))
-            require(frame->arrivalS <= timeS);
+            require(frame->arrivalS <= timeS && frame->dataS <= frame->arrivalS);
+        if (const auto* request = std::get_if<hostif::HatHotRequest>(&event))
+            session.respond(hostif::HatHotResponse{.requestId = request->requestId});
     }
-    hostif::IgDatagram answer;
-    require(bool(hostif::cigi33::decodeIg(session.startOfFrame(timeS), answer)));
+    const auto bytes = session.startOfFrame(timeS);
+    require(bytes.size() <= hostif::kLargestAnswer);
+    if (bytes.empty()) {
+        require(session.stats().protocol == hostif::Protocol::fgnet && !session.replyTo());
+        return;
+    }
+    const auto protocol = hostif::recognise(bytes);
+    require(protocol.has_value());
+    static hostif::IgDatagram answer;
+    require(bool(decodeIg(*protocol, bytes, answer)) && answer.notes.refused() == 0);
     require(answer.startOfFrame.igFrameNumber == session.igFrameNumber());
     require(answer.startOfFrame.mode != hostif::IgMode::maintenance);
     const int8_t database = answer.startOfFrame.databaseNumber;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Writes the seed files of the fuzz targets: fuzz_seeds tests/fuzz/corpus
-#include "hostif/cigi33.h"
+#include "hostif/fgnet.h"
+#include "hostif_fields.h"
 
 #include <cstdio>
 #include <filesystem>
@@ -10,6 +11,7 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 using hostif::ByteOrder;
+using hostif::Protocol;
 
 hostif::IgControl control(uint32_t frame, hostif::IgMode mode, int8_t database)
 {
@@ -22,7 +24,7 @@ hostif::IgControl control(uint32_t frame, hostif::IgMode mode, int8_t database)
             .lastIgFrameNumber = frame > 0 ? frame - 1 : 0};
 }
 
-Bytes frame(ByteOrder order, const hostif::IgControl& head)
+Bytes frame(Protocol protocol, ByteOrder order, const hostif::IgControl& head)
 {
     hostif::EntityControl entity;
     entity.state = hostif::EntityState::active;
@@ -38,31 +40,66 @@ Bytes frame(ByteOrder order, const hostif::IgControl& head)
     placement.zOffsetM = -1.5F;
     placement.yawDeg = 30.0F;
     Bytes bytes;
-    hostif::cigi33::append(bytes, order, head);
-    hostif::cigi33::append(bytes, order, entity);
-    hostif::cigi33::append(bytes, order, shape);
-    hostif::cigi33::append(bytes, order, placement);
+    append(protocol, bytes, order, head);
+    for (const auto& message :
+         {hostif::HostMessage(entity), hostif::HostMessage(shape), hostif::HostMessage(placement)})
+        append(protocol, bytes, order, message);
+    return bytes;
+}
+
+// One packet of every kind that may follow the head.
+template <template <class> class Layout, class Messages, class Head>
+Bytes everyPacket(Protocol protocol, ByteOrder order, const Head& head)
+{
+    test::Random random(1);
+    Bytes bytes;
+    append(protocol, bytes, order, head);
+    test::forEachMessage<Layout>(std::type_identity<Messages>{}, [&]<class M, class L>() {
+        append(protocol, bytes, order, Messages{test::anyMessage<L>(random)});
+    });
+    return bytes;
+}
+
+Bytes fdm(double latitudeDeg)
+{
+    hostif::fgnet::Fdm fdm;
+    fdm.latitudeRad = latitudeDeg * 0.0174532925;
+    fdm.longitudeRad = -0.09;
+    fdm.altitudeM = 2134;
+    fdm.rollRad = 0.4F;
+    fdm.headingRad = 5.5F;
+    fdm.headingRateRadPerS = 0.03F;
+    fdm.northFtps = 480;
+    fdm.engines = 2;
+    fdm.visibilityM = 25000;
+    Bytes bytes;
+    hostif::fgnet::append(bytes, fdm);
     return bytes;
 }
 
 Bytes withSkippedPackets(Bytes bytes)
 {
-    for (const unsigned id : {15U, 201U}) { // a terrestrial surface control, a user packet
+    for (const unsigned id : {33U, 201U}) { // a symbol clone, a user packet
         for (const unsigned byte : {id, 8U, 0U, 0U, 1U, 2U, 3U, 4U})
             bytes.push_back(static_cast<std::byte>(byte));
     }
     return bytes;
 }
 
-Bytes startOfFrame(ByteOrder order, bool countsFrames)
+hostif::StartOfFrame startOfFrame(bool countsFrames)
 {
     hostif::StartOfFrame message;
     message.databaseNumber = -1;
     message.mode = hostif::IgMode::operate;
     message.igFrameNumber = 7;
     message.countsFrames = countsFrames;
+    return message;
+}
+
+Bytes alone(ByteOrder order, const hostif::StartOfFrame& message)
+{
     Bytes bytes;
-    hostif::cigi33::append(bytes, order, message);
+    append(Protocol::cigi3, bytes, order, message);
     return bytes;
 }
 
@@ -74,21 +111,34 @@ void addStep(Bytes& steps, const Bytes& payload, unsigned flags, unsigned time)
 }
 
 // The handshake of a host, a lost and a late message, silence, and a restarted host.
-Bytes conversation(ByteOrder order)
+Bytes conversation(Protocol protocol, ByteOrder order)
 {
     Bytes steps;
-    addStep(steps, frame(order, control(1, hostif::IgMode::standby, 0)), 4, 1);
-    addStep(steps, frame(order, control(2, hostif::IgMode::operate, 1)), 4 | 8, 1);
-    addStep(steps, frame(order, control(3, hostif::IgMode::operate, 0)), 4, 1);
-    addStep(steps, frame(order, control(5, hostif::IgMode::operate, 0)), 4, 1);
-    addStep(steps, frame(order, control(4, hostif::IgMode::operate, 0)), 0, 0);
+    addStep(steps, frame(protocol, order, control(1, hostif::IgMode::standby, 0)), 4, 1);
+    addStep(steps, frame(protocol, order, control(2, hostif::IgMode::operate, 1)), 4 | 8, 1);
+    addStep(steps, frame(protocol, order, control(3, hostif::IgMode::operate, 0)), 4, 1);
+    addStep(steps, frame(protocol, order, control(5, hostif::IgMode::operate, 0)), 4, 1);
+    addStep(steps, frame(protocol, order, control(4, hostif::IgMode::operate, 0)), 0, 0);
     addStep(steps, {}, 4, 128);
-    addStep(steps, frame(order, control(1, hostif::IgMode::debug, 0)), 4 | 1, 1);
+    addStep(steps, frame(protocol, order, control(1, hostif::IgMode::debug, 0)), 4 | 1, 1);
+    return steps;
+}
+
+// A native FDM, silence, and a CIGI host in its place.
+Bytes changeOfHosts()
+{
+    Bytes steps;
+    addStep(steps, fdm(56.8), 4, 1);
+    addStep(steps, fdm(56.9), 4, 1);
+    addStep(steps, {}, 4, 128);
+    addStep(steps, frame(Protocol::cigi4, ByteOrder::big, control(1, hostif::IgMode::operate, 0)), 4 | 2, 1);
     return steps;
 }
 
 bool write(const std::filesystem::path& path, const Bytes& bytes)
 {
+    std::error_code ignored;
+    std::filesystem::create_directories(path.parent_path(), ignored);
     std::ofstream file(path, std::ios::binary);
     file.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
     return bool(file.flush());
@@ -102,22 +152,39 @@ int main(int argc, char** argv)
         std::fprintf(stderr, "usage: fuzz_seeds DIRECTORY\n");
         return 2;
     }
+    using hostif::HostMessage;
+    using hostif::IgMessage;
     const std::filesystem::path root = argv[1];
-    std::error_code ignored;
-    std::filesystem::create_directories(root / "fuzz_cigi33", ignored);
-    std::filesystem::create_directories(root / "fuzz_session", ignored);
     bool good = true;
     for (const ByteOrder order : {ByteOrder::little, ByteOrder::big}) {
         const std::string end = order == ByteOrder::little ? "_little.bin" : "_big.bin";
         const hostif::IgControl head = control(9, hostif::IgMode::operate, 0);
+        const hostif::StartOfFrame sof = startOfFrame(true);
         hostif::IgControl oldHead = head;
         oldHead.countsFrames = false;
-        good &= write(root / "fuzz_cigi33" / ("frame" + end), frame(order, head));
-        good &= write(root / "fuzz_cigi33" / ("skipped" + end), withSkippedPackets(frame(order, oldHead)));
-        good &= write(root / "fuzz_cigi33" / ("start_of_frame" + end), startOfFrame(order, true));
-        good &= write(root / "fuzz_cigi33" / ("old_start_of_frame" + end), startOfFrame(order, false));
-        good &= write(root / "fuzz_session" / ("conversation" + end), conversation(order));
+        const auto cigi33 = [&](const char* name, const Bytes& bytes) {
+            good &= write(root / "fuzz_cigi33" / (name + end), bytes);
+        };
+        cigi33("frame", frame(Protocol::cigi3, order, head));
+        cigi33("skipped", withSkippedPackets(frame(Protocol::cigi3, order, oldHead)));
+        cigi33("start_of_frame", alone(order, sof));
+        cigi33("old_start_of_frame", alone(order, startOfFrame(false)));
+        cigi33("every_request",
+               everyPacket<hostif::cigi33::Layout, HostMessage>(Protocol::cigi3, order, head));
+        cigi33("every_response", everyPacket<hostif::cigi33::Layout, IgMessage>(Protocol::cigi3, order, sof));
+        const auto cigi40 = [&](const char* name, const Bytes& bytes) {
+            good &= write(root / "fuzz_cigi40" / (name + end), bytes);
+        };
+        cigi40("frame", frame(Protocol::cigi4, order, head));
+        cigi40("every_request",
+               everyPacket<hostif::cigi40::Layout, HostMessage>(Protocol::cigi4, order, head));
+        cigi40("every_response", everyPacket<hostif::cigi40::Layout, IgMessage>(Protocol::cigi4, order, sof));
+        good &= write(root / "fuzz_session" / ("conversation" + end), conversation(Protocol::cigi3, order));
+        good &= write(root / "fuzz_session" / ("conversation4" + end), conversation(Protocol::cigi4, order));
     }
+    good &= write(root / "fuzz_session" / "change_of_hosts.bin", changeOfHosts());
+    good &= write(root / "fuzz_fgnet" / "turn.bin", fdm(56.876));
+    good &= write(root / "fuzz_fgnet" / "nowhere.bin", fdm(95));
     if (!good)
         std::fprintf(stderr, "fuzz_seeds: cannot write to %s\n", argv[1]);
     return good ? 0 : 1;

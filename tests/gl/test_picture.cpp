@@ -169,6 +169,17 @@ TEST_CASE("without haze a page has its texels' colours, with haze 2 % of contras
         CHECK(middle[channel] == Approx((1 - std::sqrt(0.02)) * horizon[channel]).margin(1.5));
         CHECK(near[channel] <= 1);
     }
+    // A view may have a visibility of its own, frame by frame.
+    ig::ViewState foggy = view;
+    foggy.visibilityM = kVisibilityM / 2;
+    const auto fog = hazy.draw(foggy, makeWall(view, kVisibilityM / 2, 6e4, 6e4, black)).at(80, 60);
+    const auto after = hazy.draw(view, makeWall(view, kVisibilityM / 2, 6e4, 6e4, black)).at(80, 60);
+    for (size_t channel = 0; channel < 3; ++channel) {
+        CHECK(fog[channel] == Approx(0.98 * horizon[channel]).margin(1.5));
+        CHECK(after[channel] == middle[channel]);
+    }
+    Stage clear(small());
+    CHECK(word(clear.draw(foggy, makeWall(view, kVisibilityM, 6e4, 6e4, kRed)).at(80, 60)) == kRed);
 }
 
 TEST_CASE("holes show what is behind them, and only when the dataset has holes", "[gl]")

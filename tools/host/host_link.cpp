@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "tools/host/host_link.h"
 
-#include "hostif/cigi33.h"
+#include "hostif/codec.h"
+#include "hostif/fgnet.h"
+#include "ig/geo/geodesy.h"
 
 #include <cmath>
 
@@ -37,11 +39,15 @@ hostif::EntityControl ownship(const Pose& pose)
 
 } // namespace
 
-HostLink::HostLink(const LinkOptions& options) : _options(options) {}
+HostLink::HostLink(const LinkOptions& options)
+    : _options(options),
+      _phase(options.protocol == hostif::Protocol::fgnet ? LinkPhase::ready : LinkPhase::calling)
+{
+}
 
 void HostLink::receive(std::span<const std::byte> bytes, double arrivalS)
 {
-    if (!hostif::cigi33::decodeIg(bytes, _datagram)) {
+    if (!decodeIg(_options.protocol, bytes, _datagram)) {
         ++_stats.malformed;
         return;
     }
@@ -130,27 +136,47 @@ void HostLink::acknowledge(uint32_t echo, double arrivalS)
     }
 }
 
+void HostLink::writeFdm(const Pose& pose)
+{
+    const auto narrow = [](double degrees) { return static_cast<float>(degrees * ig::kRadPerDeg); };
+    hostif::fgnet::Fdm fdm;
+    fdm.latitudeRad = pose.latitudeDeg * ig::kRadPerDeg;
+    fdm.longitudeRad = pose.longitudeDeg * ig::kRadPerDeg;
+    fdm.altitudeM = pose.altitudeM;
+    fdm.rollRad = narrow(pose.rollDeg);
+    fdm.pitchRad = narrow(pose.pitchDeg);
+    fdm.headingRad = narrow(pose.yawDeg);
+    hostif::fgnet::append(_message, fdm);
+}
+
 std::span<const std::byte> HostLink::nextMessage(const Pose& pose, double timeS)
 {
+    _message.clear();
+    const bool acknowledged = _options.protocol != hostif::Protocol::fgnet;
     const hostif::IgControl control{
         .databaseNumber = _phase == LinkPhase::asking ? _options.databaseNumber : int8_t{0},
         .mode = _phase == LinkPhase::calling ? IgMode::standby : IgMode::operate,
         .timestampValid = true,
         .extrapolationEnable = true,
+        .minorVersion = static_cast<uint8_t>(_options.protocol == hostif::Protocol::cigi3 ? 3 : 0),
         .hostFrameNumber = ++_frame,
         .timestampTicks = ticks(timeS),
         .lastIgFrameNumber = _sof.igFrameNumber,
     };
-    _message.clear();
-    hostif::cigi33::append(_message, _options.order, control);
+    if (acknowledged)
+        append(_options.protocol, _message, _options.order, control);
+    else
+        writeFdm(pose);
     if (_phase == LinkPhase::ready) {
-        hostif::cigi33::append(_message, _options.order, ownship(pose));
-        hostif::cigi33::append(_message, _options.order, _options.view);
-        hostif::cigi33::append(_message, _options.order, _options.viewControl);
+        for (const hostif::HostMessage& message :
+             {hostif::HostMessage(ownship(pose)), hostif::HostMessage(_options.view),
+              hostif::HostMessage(_options.viewControl)})
+            append(_options.protocol, _message, _options.order, message);
         if (_stats.framesSent++ == 0)
             _stats.firstSentS = timeS;
         _stats.lastSentS = timeS;
-        _waiting.push_back({_frame, timeS});
+        if (acknowledged)
+            _waiting.push_back({_frame, timeS});
     }
     return _message;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The host's end of a CIGI conversation: brings the image generator from standby to operate with a
-// database, then sends a pose per frame, and keeps account of what comes back. No socket, no clock.
+// The host's end of a conversation: brings the image generator from standby to operate with a database, then
+// sends a pose per frame, and keeps account of what comes back. No socket, no clock. FGNetFDM has no
+// handshake and no answers: poses go out from the start, without view.
 #pragma once
 
 #include "hostif/datagram.h"
@@ -16,6 +17,7 @@
 namespace host {
 
 struct LinkOptions {
+    hostif::Protocol protocol = hostif::Protocol::cigi3;
     hostif::ByteOrder order = hostif::ByteOrder::little;
     int8_t databaseNumber = 1; // 0: do not ask for one
     hostif::ViewDefinition view;
@@ -71,6 +73,7 @@ private:
     };
     void advance();
     void enter(LinkPhase phase);
+    void writeFdm(const Pose& pose);
     void account(double arrivalS);
     void acknowledge(uint32_t echo, double arrivalS);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// eyepoint-host: a small CIGI host that flies a path or an orbit and checks what comes back.
+// eyepoint-host: a small host that flies a path or an orbit and checks what comes back.
+#include "hostif/protocol.h"
 #include "tools/host/run.h"
 
 #include <CLI/CLI.hpp>
@@ -65,7 +66,9 @@ void declare(CLI::App& app, Arguments& a)
     app.set_version_flag("--version", "eyepoint-host " EYEPOINT_VERSION);
     app.add_option("--target", a.target, "Address of the image generator, HOST:PORT");
     app.add_option("--local", a.local, "Own address, HOST:PORT; by default any free port");
-    app.add_option("--protocol", a.protocol, "Protocol to speak")->check(CLI::IsMember({"cigi3"}));
+    app.add_option("--protocol", a.protocol,
+                   "Protocol to speak; fgnet is FlightGear's native FDM, which has no view and no answers")
+        ->check(CLI::IsMember({"cigi3", "cigi4", "fgnet"}));
     auto* path = app.add_option("--path", a.path,
                                 "CSV file with the header t,lat,lon,alt,yaw,pitch,roll (s, degrees, m)");
     app.add_option("--orbit", a.orbit, "LAT,LON,ALT,R: a circle of R metres around a point, clockwise")
@@ -118,6 +121,7 @@ host::LinkOptions linkOptions(const Arguments& a)
 {
     const auto half = [](double angleDeg) { return static_cast<float>(angleDeg / 2); };
     host::LinkOptions link;
+    link.protocol = *hostif::protocolOfName(a.protocol);
     link.order = a.bigEndian ? hostif::ByteOrder::big : hostif::ByteOrder::little;
     link.databaseNumber = static_cast<int8_t>(a.database);
     link.view.viewId = link.viewControl.viewId = static_cast<uint16_t>(a.view);
@@ -170,7 +174,7 @@ int report(const ig::Error& error)
 
 int main(int argc, char** argv)
 {
-    CLI::App app{"Flies a path or an orbit as a CIGI host and checks what the image generator answers."};
+    CLI::App app{"Flies a path or an orbit as a host and checks what the image generator answers."};
     Arguments arguments;
     declare(app, arguments);
     try {

@@ -147,7 +147,8 @@ ig::Result<RunResult> run(const RunOptions& options, const volatile std::sig_ato
         pacer.listenUntil(std::min(endS, nowS() + 0.01));
     result.interrupted = stop != 0;
     result.link = link.stats();
-    if (result.link.startOfFrames == 0 && !result.interrupted)
+    const bool answers = options.link.protocol != hostif::Protocol::fgnet;
+    if (answers && result.link.startOfFrames == 0 && !result.interrupted)
         return ig::fail(ig::ErrorKind::failed, hostif::toString(options.target) +
                                                    " fell silent after the handshake; look at its log");
     return result;

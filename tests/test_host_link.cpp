@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+// From datagrams on a socket to views, without terrain or graphics.
+#include "hostif/codec.h"
+#include "hostif/fgnet.h"
+#include "hostif_talk.h"
+#include "ig/app/host_link.h"
+#include "ig/app/steady_clock.h"
+
+#include <catch2/catch.hpp>
+#include <glm/geometric.hpp>
+
+#include <thread>
+
+using namespace ig;
+
+namespace {
+
+using hostif::ByteOrder;
+using hostif::Protocol;
+using test::Bytes;
+
+double now()
+{
+    return static_cast<double>(app::steadyNs()) * app::kSecondsPerNs;
+}
+
+config::Settings settings(const std::string& timing = "async", const std::string& protocol = "auto")
+{
+    config::Settings s;
+    s.host.listen = "127.0.0.1:0";
+    s.host.timing = timing;
+    s.host.protocol = protocol;
+    return s;
+}
+
+// An image generator's host link with a host beside it.
+struct Pair {
+    explicit Pair(const config::Settings& s)
+        : link(*app::HostLink::open(s, log)),
+          host(*hostif::UdpSocket::open(*hostif::parseAddress("127.0.0.1:0")))
+    {
+    }
+    void send(const Bytes& bytes) { host.send(bytes, link.local()); }
+    void send(Protocol protocol, const std::vector<hostif::HostMessage>& messages)
+    {
+        hostif::IgControl control;
+        control.mode = hostif::IgMode::operate;
+        control.hostFrameNumber = ++frame;
+        control.extrapolationEnable = true;
+        Bytes bytes;
+        append(protocol, bytes, ByteOrder::big, control);
+        for (const hostif::HostMessage& message : messages) {
+            append(protocol, bytes, ByteOrder::big, message);
+        }
+        send(bytes);
+    }
+    // Receives until a host message has been applied; false if none comes in a second.
+    bool receive()
+    {
+        for (const double endS = now() + 1; now() < endS;) {
+            link.receive(world, now());
+            if (link.newestArrivalS()) {
+                return true;
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        return false;
+    }
+    // What the link answers.
+    hostif::IgDatagram answer(Protocol protocol)
+    {
+        link.answerQueries(world, now());
+        link.answer(now());
+        REQUIRE(host.wait(1));
+        hostif::UdpSocket::Received received;
+        REQUIRE(host.receive(received));
+        hostif::IgDatagram out;
+        REQUIRE(decodeIg(protocol, received.bytes, out));
+        return out;
+    }
+
+    test::Lines log;
+    app::HostLink link;
+    hostif::UdpSocket host;
+    scene::World world{kWgs84, {}};
+    uint32_t frame = 0;
+};
+
+hostif::EntityControl ownship(double latitudeDeg = 56.8)
+{
+    hostif::EntityControl entity;
+    entity.state = hostif::EntityState::active;
+    entity.extrapolationEnable = true;
+    entity.latitudeDegOrXM = latitudeDeg;
+    entity.longitudeDegOrYM = -5;
+    entity.altitudeOrZM = 2000;
+    entity.yawDeg = 30;
+    return entity;
+}
+
+hostif::RateControl ahead(float speedMps)
+{
+    hostif::RateControl rate;
+    rate.xMps = speedMps;
+    return rate;
+}
+
+} // namespace
+
+TEST_CASE("the same host in CIGI 3, CIGI 4 or as a native FDM gives the same view")
+{
+    std::vector<ViewState> views;
+    for (const Protocol protocol : {Protocol::cigi3, Protocol::cigi4, Protocol::fgnet}) {
+        Pair pair(settings());
+        if (protocol == Protocol::fgnet) {
+            hostif::fgnet::Fdm fdm;
+            fdm.latitudeRad = 56.8 * kRadPerDeg;
+            fdm.longitudeRad = -5 * kRadPerDeg;
+            fdm.altitudeM = 2000;
+            fdm.headingRad = static_cast<float>(30 * kRadPerDeg);
+            Bytes bytes;
+            hostif::fgnet::append(bytes, fdm);
+            pair.send(bytes);
+        } else {
+            pair.send(protocol, {ownship()});
+        }
+        REQUIRE(pair.receive());
+        views.push_back(*pair.world.viewState(0, 16, 16));
+        CHECK(pair.link.sessionStats().protocol == protocol);
+        if (protocol != Protocol::fgnet) {
+            CHECK(pair.answer(protocol).startOfFrame.lastHostFrameNumber == 1);
+        }
+    }
+    for (const ViewState& view : views) {
+        CHECK(glm::length(view.eye.m - views[0].eye.m) < 1e-3); // degrees and radians round differently
+        CHECK(glm::length(view.eyeFromEcef[2] - views[0].eyeFromEcef[2]) < 1e-6);
+    }
+}
+
+TEST_CASE(
+    "with rates an asynchronous host's entity moves on to the time of display; a synchronous one's does not")
+{
+    for (const std::string timing : {"async", "sync", "lockstep"}) {
+        Pair pair(settings(timing));
+        pair.send(Protocol::cigi3, {ownship(), ahead(100)});
+        REQUIRE(pair.receive());
+        const double arrivalS = *pair.link.newestArrivalS();
+        const auto eye = [&](double timeS) { return pair.world.viewState(0, 16, 16, timeS)->eye.m; };
+        const double movedM = glm::length(eye(arrivalS + 0.1) - eye(arrivalS));
+        CHECK(movedM == Approx(timing == "async" ? 10 : 0).margin(1e-6));
+        CHECK(glm::length(eye(arrivalS + 5) - eye(arrivalS + 0.25)) == 0); // the horizon
+    }
+}
+
+TEST_CASE("lockstep takes one message per frame and waits for the next; async takes all there is")
+{
+    for (const bool lockstep : {true, false}) {
+        Pair pair(settings(lockstep ? "lockstep" : "async"));
+        pair.link.receive(pair.world, now()); // nobody yet: does not wait
+        for (const double latitudeDeg : {50.0, 51.0, 52.0}) {
+            pair.send(Protocol::cigi3, {ownship(latitudeDeg)});
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        std::vector<int> latitudes;
+        for (int frame = 0; frame < (lockstep ? 3 : 1); ++frame) {
+            pair.link.receive(pair.world, now());
+            const double latitudeRad = toGeodetic(pair.world.viewState(0, 16, 16)->eye).latitudeRad;
+            latitudes.push_back(int(std::lround(latitudeRad * kDegPerRad)));
+        }
+        CHECK(latitudes == (lockstep ? std::vector<int>{50, 51, 52} : std::vector<int>{52}));
+        if (!lockstep) {
+            continue;
+        }
+        std::thread later([&] {
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+            pair.send(Protocol::cigi3, {ownship(53)});
+        });
+        pair.link.receive(pair.world, now());
+        later.join();
+        CHECK(pair.link.newestArrivalS().has_value());
+    }
+}
+
+TEST_CASE("a lockstep frame waits no longer than the host's time-out")
+{
+    config::Settings s = settings("lockstep");
+    s.host.timeoutS = 0.05;
+    Pair pair(s);
+    pair.send(Protocol::cigi3, {ownship()});
+    REQUIRE(pair.receive());
+    pair.link.receive(pair.world, now()); // returns
+    CHECK_FALSE(pair.link.newestArrivalS().has_value());
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    CHECK(pair.answer(Protocol::cigi3).startOfFrame.igStatus == hostif::kStatusHostLost);
+    pair.send(Protocol::cigi3, {ownship()});
+    CHECK(pair.receive());
+    CHECK(pair.answer(Protocol::cigi3).startOfFrame.igStatus == hostif::kStatusNormal);
+}
+
+TEST_CASE("atmosphere and weather set how far one sees; what cannot be is refused and counted")
+{
+    Pair pair(settings());
+    hostif::AtmosphereControl air;
+    air.visibilityM = 9000;
+    pair.send(Protocol::cigi4, {ownship(), air});
+    REQUIRE(pair.receive());
+    CHECK(pair.world.viewState(0, 16, 16)->visibilityM == Approx(9000));
+    hostif::WeatherControl fog;
+    fog.enabled = true;
+    fog.visibilityRangeM = 300;
+    fog.thicknessM = 3000;
+    hostif::CelestialSphereControl sky;
+    sky.hour = 14;
+    sky.minute = 30;
+    sky.date = 7212024;
+    sky.dateTimeValid = true;
+    sky.sun = true;
+    pair.send(Protocol::cigi4, {fog, sky});
+    REQUIRE(pair.receive());
+    CHECK(pair.world.viewState(0, 16, 16)->visibilityM == Approx(300));
+    CHECK(pair.world.environment().sky().secondOfDay == 14.5 * 3600);
+    CHECK(pair.world.environment().sky().dateMmddyyyy == 7212024);
+    CHECK(pair.link.refusedByWorld() == 0);
+    hostif::RateControl nobody = ahead(1);
+    nobody.entityId = 77;
+    pair.send(Protocol::cigi4, {nobody});
+    REQUIRE(pair.receive());
+    CHECK(pair.link.refusedByWorld() == 1);
+}
