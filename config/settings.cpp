@@ -64,6 +64,19 @@ Key integer(const char* name, int64_t low, int64_t high, const char* unit, Acces
 }
 
 template <class Access>
+Key flag(const char* name, Access access)
+{
+    return {name, "true or false", [=](const toml::node& node, Settings& settings) {
+                const auto* value = node.as_boolean();
+                if (value == nullptr) {
+                    return false;
+                }
+                access(settings) = value->get();
+                return true;
+            }};
+}
+
+template <class Access>
 Key text(const char* name, const char* what, Access access)
 {
     return {name, what, [=](const toml::node& node, Settings& settings) {
@@ -132,6 +145,8 @@ const std::vector<Key>& allKeys()
         k.push_back(integer(
             "terrain.page_loads_per_frame", 1, 1'024, "pages",
             [](auto& s) -> auto& { return s.terrain.pageLoadsPerFrame; }));
+        k.push_back(flag(
+            "terrain.morph", [](auto& s) -> auto& { return s.terrain.morph; }));
         k.push_back(integer(
             "view.id", 0, 65'535, "", [](auto& s) -> auto& { return s.view.id; }));
         k.push_back(integer(

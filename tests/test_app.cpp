@@ -85,6 +85,7 @@ gl::NullRenderer nullRenderer(const app::TerrainSettings& terrain)
 {
     gl::RendererSettings settings;
     settings.pageSlots = terrain.pageSlots;
+    settings.morph = terrain.selection.morph ? gl::Morph::tiles : gl::Morph::none;
     return gl::NullRenderer(settings);
 }
 
@@ -194,10 +195,13 @@ TEST_CASE("residency stays consistent over a long random life")
 
 TEST_CASE("a frame loads a bounded number of pages, and the view completes over frames")
 {
+    const bool morph = GENERATE(false, true);
     const test::TempDir dir;
     CollectedLog log;
-    gl::NullRenderer renderer = nullRenderer(smallSettings());
-    app::TerrainEngine engine(openDataset(makeDataset(dir)), smallSettings(), renderer, log);
+    app::TerrainSettings settings = smallSettings();
+    settings.selection.morph = morph;
+    gl::NullRenderer renderer = nullRenderer(settings);
+    app::TerrainEngine engine(openDataset(makeDataset(dir)), settings, renderer, log);
     REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
     app::FrameStats stats;
     engine.draw(lookNorth(engine.info(), 900), stats);
@@ -215,6 +219,7 @@ TEST_CASE("a frame loads a bounded number of pages, and the view completes over 
     } while (stats.pageIns > 0);
     CHECK(frames > 2);
     CHECK(stats.lod.tilesMissing == 0);
+    CHECK(stats.lod.errorPx <= 1.5F * stats.lod.tauPx);
     CHECK(log.lines.empty());
 }
 
@@ -267,24 +272,29 @@ TEST_CASE("a damaged page is reported once and drawn by its ancestor; a damaged 
     CHECK_FALSE(data::Dataset::open(path));
 }
 
-TEST_CASE("drawing allocates nothing once warm")
+TEST_CASE("drawing allocates nothing once warm, with morph and without")
 {
-    const test::TempDir dir;
-    CollectedLog log;
-    gl::NullRenderer renderer = nullRenderer(smallSettings());
-    app::TerrainEngine engine(openDataset(makeDataset(dir)), smallSettings(), renderer, log);
-    const auto turn = [&](int from, int to) {
-        for (int i = from; i < to; ++i) {
-            app::FrameStats stats;
-            engine.draw(lookNorth(engine.info(), 600 + i, 0.02 * i), stats);
-            engine.load(stats);
-        }
-    };
-    REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
-    turn(0, 50);
-    const size_t before = test::allocations();
-    turn(50, 300);
-    CHECK(test::allocations() == before);
+    for (const bool morph : {false, true}) {
+        app::TerrainSettings settings = smallSettings();
+        settings.selection.morph = morph;
+        const test::TempDir dir;
+        CollectedLog log;
+        gl::NullRenderer renderer = nullRenderer(settings);
+        app::TerrainEngine engine(openDataset(makeDataset(dir)), settings, renderer, log);
+        const auto turn = [&](int from, int to) {
+            for (int i = from; i < to; ++i) {
+                app::FrameStats stats;
+                engine.draw(lookNorth(engine.info(), 600 + i, 0.02 * i), stats);
+                engine.load(stats);
+            }
+        };
+        REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
+        turn(0, 50);
+        const size_t before = test::allocations();
+        turn(50, 300);
+        CHECK(test::allocations() == before);
+        CHECK(renderer.counts().badTiles == 0);
+    }
 }
 
 TEST_CASE("what a host sends over UDP becomes the view, and the answer carries its frame number")

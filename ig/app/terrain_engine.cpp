@@ -79,6 +79,9 @@ uint64_t TerrainEngine::loadPage(uint32_t page)
         return 0;
     }
     data::buildPageMesh(_dataset.info(), _dataset.pages()[page], _heights, _settings.shading, _mesh);
+    if (_settings.selection.morph) {
+        data::addMorph(_dataset.info(), _dataset.pages()[page], _heights, _mesh);
+    }
     return _renderer.upload(*_slots.place(page), _mesh);
 }
 

@@ -25,7 +25,8 @@ struct TerrainSettings {
 
 class TerrainEngine {
 public:
-    // renderer must outlive the engine and have settings.pageSlots slots. log gets damaged pages, once each.
+    // renderer must outlive the engine, have settings.pageSlots slots and morph tiles if the selection does.
+    // log gets damaged pages, once each.
     TerrainEngine(data::Dataset dataset, const TerrainSettings& settings, gl::Renderer& renderer,
                   LogSink& log);
 
