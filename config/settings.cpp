@@ -195,6 +195,8 @@ const std::vector<Key>& allKeys()
         k.push_back(live(integer(
             "terrain.page_loads_per_frame", 1, 1'024, "pages",
             [](auto& s) -> auto& { return s.terrain.pageLoadsPerFrame; })));
+        k.push_back(flag(
+            "terrain.morph", [](auto& s) -> auto& { return s.terrain.morph; }));
         k.push_back(integer(
             "view.id", 0, 65'535, "", [](auto& s) -> auto& { return s.view.id; }));
         k.push_back(integer(

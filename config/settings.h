@@ -23,6 +23,7 @@ struct Settings {
         double tolerancePx = 1.0;
         int64_t pageSlots = 512;
         int64_t pageLoadsPerFrame = 4;
+        bool morph = true;
     } terrain;
     struct {
         int64_t id = 0;

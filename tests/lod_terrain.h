@@ -151,4 +151,37 @@ inline Mesh meshOf(const Terrain& terrain, const ig::lod::DrawList& list)
     return mesh;
 }
 
+// Every edge belongs to two triangles, or to one where the mesh ends; it may end at tiles that are not
+// drawn, but two tiles that are drawn must not meet in a T.
+inline size_t badEdges(const Terrain& terrain, const ig::lod::DrawList& list, const Mesh& mesh)
+{
+    std::vector<std::array<uint32_t, 4>> areas; // drawn tiles: west, north, east, south
+    for (const ig::lod::DrawItem& item : list.items) {
+        const ig::lod::TileKey key = keyOf(terrain, item);
+        const uint32_t span = ig::lod::tileSpan(terrain.shape, key.depth);
+        areas.push_back({key.x * span, key.y * span, (key.x + 1) * span, (key.y + 1) * span});
+    }
+    const auto drawnAt = [&](double col, double row) {
+        return std::any_of(areas.begin(), areas.end(), [&](const auto& a) {
+            return col > a[0] && col < a[2] && row > a[1] && row < a[3];
+        });
+    };
+    size_t bad = 0;
+    for (const auto& [edge, count] : mesh.edges) {
+        const auto& [p, q] = edge;
+        if (count == 2) {
+            continue;
+        }
+        const double col = 0.5 * (p.first + q.first);
+        const double row = 0.5 * (p.second + q.second);
+        const bool vertical = p.first == q.first;
+        const double dx = vertical ? 0.25 : 0;
+        const double dy = vertical ? 0 : 0.25;
+        const bool borderOfDrawn = (vertical || p.second == q.second) &&
+                                   !(drawnAt(col - dx, row - dy) && drawnAt(col + dx, row + dy));
+        bad += count == 1 && borderOfDrawn ? 0 : 1;
+    }
+    return bad;
+}
+
 } // namespace test

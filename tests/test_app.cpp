@@ -87,7 +87,7 @@ gl::NullRenderer nullRenderer(const app::TerrainSettings& terrain)
 {
     gl::RendererSettings settings;
     settings.pageSlots = terrain.pageSlots;
-    settings.morph = app::rendererMorph(terrain.selection.method);
+    settings.morph = app::rendererMorph(terrain.selection.method, terrain.selection.morph);
     return gl::NullRenderer(settings);
 }
 
@@ -200,10 +200,13 @@ TEST_CASE("residency stays consistent over a long random life")
 
 TEST_CASE("a frame loads a bounded number of pages, and the view completes over frames")
 {
+    const bool morph = GENERATE(false, true);
     const test::TempDir dir;
     CollectedLog log;
-    gl::NullRenderer renderer = nullRenderer(smallSettings());
-    app::TerrainEngine engine(openDataset(makeDataset(dir)), smallSettings(), renderer, log);
+    app::TerrainSettings settings = smallSettings();
+    settings.selection.morph = morph;
+    gl::NullRenderer renderer = nullRenderer(settings);
+    app::TerrainEngine engine(openDataset(makeDataset(dir)), settings, renderer, log);
     REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
     app::FrameStats stats;
     engine.draw(lookNorth(engine.info(), 900), stats);
@@ -220,6 +223,7 @@ TEST_CASE("a frame loads a bounded number of pages, and the view completes over 
     } while (stats.pageIns > 0);
     CHECK(frames > 2);
     CHECK(stats.lod.tilesMissing == 0);
+    CHECK(stats.lod.errorPx <= 1.5F * stats.lod.tauPx);
     CHECK(log.lines.empty());
 }
 
@@ -453,23 +457,27 @@ TEST_CASE("the frame time is held in a view that fills with terrain")
     CHECK(*std::min_element(costs.begin(), costs.end()) > 8.0 * 0.85);
 }
 
-TEST_CASE("drawing allocates nothing once warm")
+TEST_CASE("drawing allocates nothing once warm, by any method")
 {
-    const test::TempDir dir;
-    CollectedLog log;
-    gl::NullRenderer renderer = nullRenderer(smallSettings());
-    app::TerrainEngine engine(openDataset(makeDataset(dir)), smallSettings(), renderer, log);
-    const auto turn = [&](int from, int to) {
-        for (int i = from; i < to; ++i) {
-            app::FrameStats stats;
-            engine.draw(lookNorth(engine.info(), 600 + i, 0.02 * i), stats);
-        }
-    };
-    REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
-    turn(0, 50);
-    const size_t before = test::allocations();
-    turn(50, 300);
-    CHECK(test::allocations() == before);
+    for (const lod::Method method : {lod::Method::geomip, lod::Method::bintree, lod::Method::hybrid}) {
+        const test::TempDir dir;
+        CollectedLog log;
+        gl::NullRenderer renderer = nullRenderer(smallSettings(method));
+        app::TerrainEngine engine(openDataset(makeDataset(dir)), smallSettings(method), renderer, log);
+        const auto turn = [&](int from, int to) {
+            for (int i = from; i < to; ++i) {
+                app::FrameStats stats;
+                engine.draw(lookNorth(engine.info(), 600 + i, 0.02 * i), stats);
+            }
+        };
+        REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
+        turn(0, 50);
+        const size_t before = test::allocations();
+        turn(50, 300);
+        CHECK(test::allocations() == before);
+        CHECK(renderer.counts().badTiles == 0);
+        CHECK(renderer.counts().badLists == 0);
+    }
 }
 
 TEST_CASE("what a host sends over UDP becomes the view, and the answer carries its frame number")

@@ -46,6 +46,7 @@ TEST_CASE("the shipped file lists every key, with the built-in default as its va
     CHECK(shipped->terrain.tolerancePx == builtIn.terrain.tolerancePx);
     CHECK(shipped->terrain.pageSlots == builtIn.terrain.pageSlots);
     CHECK(shipped->terrain.pageLoadsPerFrame == builtIn.terrain.pageLoadsPerFrame);
+    CHECK(shipped->terrain.morph == builtIn.terrain.morph);
     CHECK(shipped->terrain.file == builtIn.terrain.file);
     CHECK(shipped->view.id == builtIn.view.id);
     CHECK(shipped->view.width == builtIn.view.width);
@@ -110,6 +111,8 @@ TEST_CASE("an error names file, line, key and what was expected")
     CHECK_THAT(errorOf("[view]\nwidth = 12.5\n"), Catch::Contains("expected an integer"));
     CHECK_THAT(errorOf("[shading]\ntint = \"pink\"\n"), Catch::Contains("\"hypsometric\""));
     CHECK_THAT(errorOf("[output]\nsinks = [\"null\", 3]\n"), Catch::Contains("output.sinks"));
+    CHECK_THAT(errorOf("[terrain]\nmorph = 1\n"),
+               Catch::Contains(":2: key 'terrain.morph': expected true or false"));
     CHECK_THAT(errorOf("[view\n"), Catch::Contains(".toml:1"));
     CHECK_THAT(errorOf("[view]\nwidth = 1\nwidth = 2\n"), Catch::Contains(".toml:3"));
     CHECK_FALSE(config::load("/nonexistent/eyepoint.toml"));
@@ -120,6 +123,8 @@ TEST_CASE("the command line assigns like the file, strings with or without quote
     config::Settings settings;
     REQUIRE(config::assign(settings, "view.width=640"));
     CHECK(settings.view.width == 640);
+    REQUIRE(config::assign(settings, "terrain.morph=false"));
+    CHECK_FALSE(settings.terrain.morph);
     REQUIRE(config::assign(settings, "view.rate_hz=30"));
     CHECK(settings.view.rateHz == 30.0);
     REQUIRE(config::assign(settings, "terrain.file=/tmp/a b.ept"));

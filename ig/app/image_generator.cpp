@@ -28,6 +28,7 @@ TerrainSettings terrainSettings(const config::Settings& settings)
     out.selection.method = *lod::methodOf(settings.terrain.method);
     out.selection.triangleBudget = static_cast<uint32_t>(settings.terrain.triangleBudget);
     out.selection.tolerancePx = static_cast<float>(settings.terrain.tolerancePx);
+    out.selection.morph = settings.terrain.morph;
     out.shading.tint = settings.shading.tint == "slope" ? data::ShadingSettings::Tint::slope
                                                         : data::ShadingSettings::Tint::hypsometric;
     out.shading.sunAzimuthRad = settings.shading.sunAzimuthDeg * kRadPerDeg;
@@ -46,7 +47,7 @@ gl::RendererSettings rendererSettings(const config::Settings& settings, const da
     out.pageSlots = static_cast<uint32_t>(settings.terrain.pageSlots);
     out.holes = dataset.hasHoles;
     out.visibilityM = settings.shading.visibilityM;
-    out.morph = rendererMorph(*lod::methodOf(settings.terrain.method));
+    out.morph = rendererMorph(*lod::methodOf(settings.terrain.method), settings.terrain.morph);
     return out;
 }
 

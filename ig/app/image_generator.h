@@ -73,7 +73,7 @@ private:
     std::unique_ptr<gl::Renderer> _renderer;
     TerrainEngine _terrain;
     std::optional<FrameTimeControl> _timeControl; // absent: fixed budget
-    std::unique_ptr<data::HeightQuery> _ground; // over the dataset of _terrain
+    std::unique_ptr<data::HeightQuery> _ground;   // over the dataset of _terrain
     scene::World _world;
     ViewState _view; // the last one drawn; at first above the middle of the terrain
     std::vector<NamedSink> _sinks;

@@ -7,9 +7,10 @@
 
 namespace ig::app {
 
-gl::Morph rendererMorph(lod::Method method) noexcept
+gl::Morph rendererMorph(lod::Method method, bool morph) noexcept
 {
-    return method == lod::Method::geomip ? gl::Morph::none : gl::Morph::lists;
+    const gl::Morph tiles = morph ? gl::Morph::tiles : gl::Morph::none;
+    return method == lod::Method::geomip ? tiles : gl::Morph::lists;
 }
 
 TerrainEngine::TerrainEngine(data::Dataset dataset, const TerrainSettings& settings, gl::Renderer& renderer,
@@ -182,7 +183,7 @@ uint64_t TerrainEngine::loadPage(uint32_t page)
     const data::DatasetInfo& info = _dataset.info();
     const lod::PageNode& node = _dataset.pages()[page];
     data::buildPageMesh(info, node, _loaded, _settings.shading, _mesh);
-    if (rendererMorph(_settings.selection.method) != gl::Morph::none) {
+    if (rendererMorph(_settings.selection.method, _settings.selection.morph) != gl::Morph::none) {
         data::addMorph(info, node, _loaded, _mesh);
     }
     const auto [slot, evicted] = *_slots.place(page);

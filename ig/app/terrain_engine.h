@@ -23,8 +23,8 @@ struct TerrainSettings {
     uint32_t pageLoadsPerFrame = 4;
 };
 
-// What the renderer needs for a method.
-gl::Morph rendererMorph(lod::Method method) noexcept;
+// What the renderer needs for a method; morph: whether tiles do.
+gl::Morph rendererMorph(lod::Method method, bool morph) noexcept;
 
 class TerrainEngine {
 public:

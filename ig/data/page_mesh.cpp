@@ -162,7 +162,8 @@ void addMorph(const DatasetInfo& dataset, const lod::PageNode& page, const PageH
 {
     constexpr size_t kPosts = size_t{kSide} * kSide;
     assert(mesh.vertex.size() == kPosts);
-    assert(heights.errorCode.size() == kPosts && heights.radiusCode.size() == kPosts);
+    const bool hasCodes = !heights.errorCode.empty();
+    assert(!hasCodes || (heights.errorCode.size() == kPosts && heights.radiusCode.size() == kPosts));
     mesh.morph.resize(kPosts);
     const lod::TerrainShape& shape = dataset.shape;
     const int64_t step = int64_t{1} << (shape.deepestPage - page.depth);
@@ -190,8 +191,8 @@ void addMorph(const DatasetInfo& dataset, const lod::PageNode& page, const PageH
                 return mesh.vertex[static_cast<size_t>(row * kSide + col)].m;
             };
             out.toMiddleM = glm::vec3(0.5 * (end(0) + end(1)) - mesh.vertex[at].m);
-            out.errorCode = heights.errorCode[at];
-            out.radiusCode = heights.radiusCode[at];
+            out.errorCode = hasCodes ? heights.errorCode[at] : uint8_t{0};
+            out.radiusCode = hasCodes ? heights.radiusCode[at] : uint8_t{0};
         }
     }
 }

@@ -27,7 +27,9 @@ struct ShadingSettings {
 // which a corner of the triangles that they split is padding.
 struct VertexMorph {
     glm::vec3 toMiddleM{0.0F}; // ECEF, from the post to the middle of the edge that it splits
-    uint8_t errorCode = 0; // decodeM of it is at least the length of toMiddleM, in a dataset that is right
+    // Of the dataset, 0 where the heights have none. In a dataset that is right the metres of the error are
+    // at least the length of toMiddleM.
+    uint8_t errorCode = 0;
     uint8_t radiusCode = 0;
 };
 
@@ -45,8 +47,10 @@ struct PageMesh {
 void buildPageMesh(const DatasetInfo& dataset, const lod::PageNode& page, const PageHeights& heights,
                    const ShadingSettings& shading, PageMesh& mesh);
 
-// Fills mesh.morph, for a renderer that morphs. The mesh has the vertices of this page, heights its codes and
-// corner ends; the first end is the western or northern one, of a centre vertex the one at odd multiples.
+// Fills mesh.morph, for a renderer that morphs. The mesh has the vertices of this page. Tiles need neither
+// codes (left empty) nor corner ends of the heights: the corners of a page are even vertices of all its
+// tiles. The first of two corner ends is the western or northern one, of a centre vertex the one at odd
+// multiples.
 void addMorph(const DatasetInfo& dataset, const lod::PageNode& page, const PageHeights& heights,
               PageMesh& mesh);
 

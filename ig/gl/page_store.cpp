@@ -25,6 +25,19 @@ int16_t toShort(double share)
     return static_cast<int16_t>(units > -32767.0 ? std::lround(std::min(units, 32767.0)) : -32767);
 }
 
+// Code of the smallest power of two that no axis exceeds; 0 for none. 2^21 m is the largest.
+uint8_t powerOfTwoCode(const glm::vec3& way)
+{
+    const double longest =
+        std::max({std::abs(double{way.x}), std::abs(double{way.y}), std::abs(double{way.z})});
+    if (longest == 0.0)
+        return 0;
+    int exponent = 0; // longest < 2^exponent
+    std::frexp(longest / lod::kSmallestCodeM, &exponent);
+    constexpr int kLargest = 254 / lod::kCodesPerOctave;
+    return static_cast<uint8_t>(1 + lod::kCodesPerOctave * std::clamp(exponent, 0, kLargest));
+}
+
 // Mean of four texels; holes (alpha 0) lend no colour to their neighbours.
 uint32_t meanTexel(const uint32_t (&t)[4])
 {
@@ -148,10 +161,10 @@ void PageStore::packMorphs(const data::PageMesh& mesh)
     for (size_t i = 0; i < _packedMorph.size(); ++i) {
         const data::VertexMorph& in = mesh.morph[i];
         PackedMorph& out = _packedMorph[i];
+        out.errorCode = _morph == Morph::tiles ? powerOfTwoCode(in.toMiddleM) : in.errorCode;
+        out.radiusCode = _morph == Morph::tiles ? uint8_t{0} : in.radiusCode;
         for (int axis = 0; axis < 3; ++axis)
-            out.toMiddle[axis] = toShort(double{in.toMiddleM[axis]} * _perMetre[in.errorCode]);
-        out.errorCode = in.errorCode;
-        out.radiusCode = in.radiusCode;
+            out.toMiddle[axis] = toShort(double{in.toMiddleM[axis]} * _perMetre[out.errorCode]);
     }
 }
 

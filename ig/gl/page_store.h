@@ -11,7 +11,8 @@
 //
 // A store that morphs has a second buffer with the way to where the vertex starts. It is no longer than the
 // metres of the vertex's error code and stored as a share of them, so rounding it moves a vertex on the
-// screen by less than 2^-15 of the tolerance.
+// screen by less than 2^-15 of the tolerance. For tiles, which need no codes, the error is the next power of
+// two.
 //
 //   0     2     4     6     7       8
 //   |toX  |toY  |toZ  |error|radius |      to in units of decodeM(error) / 32767

@@ -24,7 +24,8 @@ namespace ig::gl {
 // What moves its vertices in the vertex shader. Vertices take 8 bytes more where something does.
 enum class Morph : uint8_t {
     none,
-    lists // vertices of page lists, by distance and error: DrawList::morph; tiles are drawn as they are
+    lists, // vertices of page lists, by distance and error: DrawList::morph; tiles are drawn as they are
+    tiles  // odd vertices of tiles, by the weights of DrawItem; page lists are drawn as they are
 };
 
 struct RendererSettings {

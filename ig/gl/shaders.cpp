@@ -35,28 +35,47 @@ invariant gl_Position;
 #ifdef HAZE
 out float v_distanceM;
 #endif
-#ifdef MORPH
+#if defined(MORPH_LISTS) || defined(MORPH_TILES)
 layout(location = ATTRIBUTE_TO_MIDDLE) in vec3 a_toMiddle; // in shares of the error
 layout(location = ATTRIBUTE_CODES) in vec2 a_codes;        // error, radius
-uniform vec2 u_morph;                                      // 1 / reach, cut
+// Code 0 gives 0.9 mm where it should be 0: as an error that spares a division by 0, and the way is 0.
+vec2 metres()
+{
+    return exp2(a_codes * (1.0 / CODES_PER_OCTAVE)) * CODE_0_M;
+}
+#endif
+#ifdef MORPH_LISTS
+uniform vec2 u_morph; // 1 / reach, cut
 // Offset of a vertex that is at weight w (see bintree.h). With reach kappa and error e,
 //   (kappa e + r - d) / (b kappa e) = (1 + (r - d) / kappa / e) / b   and
 //   (e - cut) / (b e)               = (1 - cut / e) / b
 vec3 morphed(float distanceM)
 {
-    // Code 0 gives 0.9 mm where it should be 0: as an error that spares a division by 0, and the way is 0.
-    vec2 sizeM = exp2(a_codes * (1.0 / CODES_PER_OCTAVE)) * CODE_0_M;
+    vec2 sizeM = metres();
     float radiusM = a_codes.y > 0.0 ? sizeM.y : 0.0;
     float behind = min((radiusM - distanceM) * u_morph.x, -u_morph.y);
     float w = clamp((1.0 + behind / sizeM.x) * (1.0 / MORPH_BAND), 0.0, 1.0);
     return ((1.0 - w) * sizeM.x) * a_toMiddle;
 }
 #endif
+#ifdef MORPH_TILES
+uniform vec4 u_tile;  // column and row of the north-west post, 1 / stride, weight
+uniform vec4 u_sides; // weights north, east, south, west
+vec3 morphed(float distanceM)
+{
+    vec2 at = (a_post - u_tile.xy) * u_tile.z; // 0 .. TILE_INTERVALS
+    float w = u_tile.w;
+    w = at.y < 0.5 ? u_sides.x : at.y > TILE_INTERVALS - 0.5 ? u_sides.z : w;
+    w = at.x < 0.5 ? u_sides.w : at.x > TILE_INTERVALS - 0.5 ? u_sides.y : w;
+    vec2 odd = fract(at * 0.5);
+    return odd.x + odd.y > 0.25 ? ((1.0 - w) * metres().x) * a_toMiddle : vec3(0.0);
+}
+#endif
 void main()
 {
     // High parts first: their difference is exact near the eye.
     vec3 relative = (a_high - u_eyeHigh) + (a_low * LOW_FULL_SCALE_M - u_eyeLow);
-#ifdef MORPH
+#if defined(MORPH_LISTS) || defined(MORPH_TILES)
     relative += morphed(length(relative));
 #endif
     gl_Position = u_clipFromRelative * vec4(relative, 1.0);
@@ -166,20 +185,21 @@ ShaderPair terrainShaders(const TerrainVariant& variant)
     define(variant.holes, "HOLES");
     define(variant.fragmentDepth, "FRAGMENT_DEPTH");
     define(variant.slotFromVertex, "SLOT_FROM_VERTEX");
-    define(variant.morph, "MORPH");
+    define(variant.morph == Morph::lists, "MORPH_LISTS");
+    define(variant.morph == Morph::tiles, "MORPH_TILES");
     std::string vertexHead =
         head + fmt::format(
                    "#define ATTRIBUTE_HIGH {}\n#define ATTRIBUTE_LOW {}\n#define ATTRIBUTE_POST {}\n"
                    "#define LOW_FULL_SCALE_M {:.6f}\n#define PAGE_INTERVALS {}.0\n#define PAGE_VERTICES {}\n",
                    int{kAttributeHigh}, int{kAttributeLow}, int{kAttributePost}, kLowFullScaleM,
                    lod::kPageIntervals, kPageVertices);
-    if (variant.morph)
-        vertexHead +=
-            fmt::format("#define ATTRIBUTE_TO_MIDDLE {}\n#define ATTRIBUTE_CODES {}\n"
-                        "#define CODES_PER_OCTAVE {}.0\n#define CODE_0_M {:.9e}\n"
-                        "#define MORPH_BAND {:.9e}\n",
-                        int{kAttributeToMiddle}, int{kAttributeCodes}, lod::kCodesPerOctave,
-                        lod::kSmallestCodeM * std::exp2(-1.0 / lod::kCodesPerOctave), lod::kMorphBand);
+    if (variant.morph != Morph::none)
+        vertexHead += fmt::format(
+            "#define ATTRIBUTE_TO_MIDDLE {}\n#define ATTRIBUTE_CODES {}\n"
+            "#define TILE_INTERVALS {}.0\n#define CODES_PER_OCTAVE {}.0\n#define CODE_0_M {:.9e}\n"
+            "#define MORPH_BAND {:.9e}\n",
+            int{kAttributeToMiddle}, int{kAttributeCodes}, lod::kTileIntervals, lod::kCodesPerOctave,
+            lod::kSmallestCodeM * std::exp2(-1.0 / lod::kCodesPerOctave), lod::kMorphBand);
     const std::string fragmentHead = head + "precision highp float;\n" + kSkyColours;
     return {vertexHead + kTerrainVertex, fragmentHead + kTerrainFragment};
 }

@@ -2,6 +2,8 @@
 // GLSL ES 3.00 sources, put together from what a scene needs. Internal to ig/gl.
 #pragma once
 
+#include "ig/gl/renderer.h"
+
 #include <string>
 
 namespace ig::gl {
@@ -12,7 +14,7 @@ struct TerrainVariant {
     bool holes = false;          // discards texels of holes
     bool fragmentDepth = false;  // no clip control: the fragment shader writes the reversed depth
     bool slotFromVertex = false; // base-vertex draws: the slot follows from gl_VertexID
-    bool morph = false;          // vertices move by distance and error
+    Morph morph = Morph::none;
 };
 
 struct ShaderPair {
@@ -21,8 +23,10 @@ struct ShaderPair {
 };
 
 // Attributes as in PageStore. Uniforms: u_clipFromRelative (mat4), u_eyeHigh and u_eyeLow (vec3), u_layer
-// (int), u_pages (sampler); u_hazePerM (float) with haze; u_nearM (float) with fragmentDepth; u_morph (vec2:
-// 1 / reach and cut of lod::MorphState, zeros for vertices that stay in place) with morph.
+// (int), u_pages (sampler); u_hazePerM (float) with haze; u_nearM (float) with fragmentDepth; with a morph of
+// lists u_morph (vec2: 1 / reach and cut of lod::MorphState, zeros for vertices that stay in place), of tiles
+// u_tile (vec4: column and row of the north-west post, 1 / stride, weight) and u_sides (vec4: weights north,
+// east, south, west).
 ShaderPair terrainShaders(const TerrainVariant& variant);
 
 // One triangle over the whole target at infinite depth, no attributes. Uniforms: u_sides (vec4: left, right,

@@ -47,7 +47,7 @@ Result<TerrainPass> TerrainPass::create(const Context& context, const PageStore&
     TerrainVariant variant;
     variant.haze = settings.visibilityM > 0;
     variant.holes = settings.holes;
-    variant.morph = settings.morph != Morph::none;
+    variant.morph = settings.morph;
     variant.fragmentDepth = !context.info().clipControl;
     variant.slotFromVertex = context.info().baseVertex;
     const ShaderPair source = terrainShaders(variant);
@@ -65,6 +65,8 @@ Result<TerrainPass> TerrainPass::create(const Context& context, const PageStore&
     pass._layer = location("u_layer");
     pass._nearM = location("u_nearM");
     pass._morph = location("u_morph");
+    pass._tile = location("u_tile");
+    pass._sides = location("u_sides");
     glUseProgram(pass._program.name());
     glUniform1i(location("u_pages"), 0);
     pass._hazePerM = location("u_hazePerM"); // -1 without haze
@@ -135,9 +137,29 @@ void TerrainPass::drawTiles(const PageStore& store, std::span<const lod::DrawIte
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, _tileIndices.name());
     if (_morph >= 0)
         glUniform2f(_morph, 0.0F, 0.0F);
-    for (const lod::DrawItem& item : items)
+    _weighted = true;
+    for (const lod::DrawItem& item : items) {
+        if (_tile >= 0)
+            setWeights(item);
         add(store, slotOf(item.page, slotOfPage), tileCorner(item), _tiles.range(item));
+    }
     flush();
+}
+
+// Tiles on the way have uniforms of their own; those at rest share theirs, and their draw calls.
+void TerrainPass::setWeights(const lod::DrawItem& item)
+{
+    const auto& side = item.sideWeight;
+    const bool atRest = item.weight >= 1.0F &&
+                        std::all_of(side.begin(), side.end(), [](float weight) { return weight >= 1.0F; });
+    if (atRest && !_weighted)
+        return;
+    flush();
+    const int posts = item.stride * lod::kTileIntervals;
+    glUniform4f(_tile, static_cast<float>(item.windowX * posts), static_cast<float>(item.windowY * posts),
+                1.0F / static_cast<float>(item.stride), item.weight);
+    glUniform4fv(_sides, 1, side.data());
+    _weighted = !atRest;
 }
 
 void TerrainPass::drawLists(const PageStore& store, const lod::DrawList& list,
@@ -145,6 +167,10 @@ void TerrainPass::drawLists(const PageStore& store, const lod::DrawList& list,
 {
     if (list.lists.empty())
         return;
+    if (_tile >= 0) {
+        glUniform4f(_tile, 0.0F, 0.0F, 1.0F, 1.0F);
+        glUniform4f(_sides, 1.0F, 1.0F, 1.0F, 1.0F);
+    }
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, _streamed.name());
     streamIndices(list.indices);
     setMorph(list.morph);

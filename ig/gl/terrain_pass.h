@@ -26,7 +26,8 @@ public:
     void begin(const ViewState& view) const;
 
     // Draws tiles or page lists in the given order; one whose page has no slot is left out (asserted). A few
-    // GL calls for all of them with base-vertex draws; without, two and one per attribute for each.
+    // GL calls for all of them with base-vertex draws, and three for each tile that is on the way; without,
+    // two and one per attribute for each.
     void draw(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage);
 
     // The weights of page lists' vertices, for those who draw lists of their own after begin().
@@ -48,6 +49,7 @@ private:
 
     void drawTiles(const PageStore& store, std::span<const lod::DrawItem> items,
                    std::span<const int32_t> slotOfPage);
+    void setWeights(const lod::DrawItem& item);
     void drawLists(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage);
     void streamIndices(std::span<const uint16_t> indices);
     // Draws indices of the bound index buffer, vertex 0 being a post of a page; with base-vertex draws not
@@ -58,7 +60,7 @@ private:
     const Extensions* _extensions = nullptr; // the context's
     Program _program;
     GLint _clipFromRelative = -1, _eyeHigh = -1, _eyeLow = -1, _layer = -1, _nearM = -1, _hazePerM = -1,
-          _morph = -1;
+          _morph = -1, _tile = -1, _sides = -1;
     double _visibilityM = 0; // where the view says none
     VertexArray _vertexArray;
     Buffer _tileIndices;
@@ -67,6 +69,7 @@ private:
     TileIndices _tiles;
     Batch _batch;
     uint32_t _boundArray = 0;
+    bool _weighted = false; // the uniforms of tiles are those of a tile on the way
 };
 
 class SkyPass {

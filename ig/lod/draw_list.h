@@ -4,6 +4,7 @@
 
 #include "ig/lod/terrain_shape.h"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -19,6 +20,11 @@ struct DrawItem {
     uint8_t windowX = 0, windowY = 0; // of the tile within the page, in tiles: < 4 / stride
     uint8_t stitch = 0;               // StitchSide bits
     float errorPx = 0;                // bound of the tile's projected error
+    // Weights of the tile's odd vertices between the middle of the edge that they split (0, where the surface
+    // is that of the next coarser tile) and their own place (1): inside, and on the sides in the order of
+    // StitchSide. Two tiles of a level agree on the side between them.
+    float weight = 1;
+    std::array<float, 4> sideWeight{1, 1, 1, 1};
 };
 
 // Triangles of one page that its own index list makes: indices [first, first + count) of DrawList::indices,
@@ -42,6 +48,7 @@ struct LodStats {
     uint32_t verticesEvaluated = 0; // per-vertex tests; 0 for a method that decides by tile
     uint32_t listsMade = 0;         // index lists made; 0 for a method with shared ones
     uint32_t tilesMissing = 0;      // tiles drawn by an ancestor because pages were not resident
+    uint32_t tilesJumped = 0;       // tiles of a method that morphs that came without: see geomip_morph.h
     float errorPx = 0;              // bound of the largest projected error of what is drawn
     float tauPx =
         0; // tolerance that the budget allowed: no tile above it was left unsplit for lack of budget

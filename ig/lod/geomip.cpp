@@ -12,18 +12,32 @@ namespace {
 constexpr size_t kWantedCapacity = 64;
 // Splits that did not fit into the budget before the selection stops looking for cheaper ones.
 constexpr int kMisfitLimit = 8;
+// With morph this share of the budget is not aimed at: room for tiles that come into view while others,
+// which are to go, still move.
+constexpr uint32_t kReserveDivisor = 8;
 
-struct SideStep {
-    int dx, dy;
-    StitchSide side;
-};
-constexpr std::array<SideStep, 4> kSides{
-    {{0, -1, kStitchNorth}, {1, 0, kStitchEast}, {0, 1, kStitchSouth}, {-1, 0, kStitchWest}}};
-
-TileKey childKey(const TileKey& key, int child) noexcept
+uint32_t tilesOf(const GeomipSettings& settings)
 {
-    return {key.depth + 1, key.x * 2 + static_cast<uint32_t>(child & 1),
-            key.y * 2 + static_cast<uint32_t>(child >> 1)};
+    return settings.triangleBudget / kTileTriangles;
+}
+
+uint32_t aimedTilesOf(uint32_t tiles, bool morph)
+{
+    return tiles - (morph ? tiles / kReserveDivisor : 0);
+}
+
+size_t nodeCapacity(const GeomipSettings& settings)
+{
+    return 4 * (2 * size_t{tilesOf(settings)} + 256) + 1;
+}
+
+void want(int32_t page, DrawList& out)
+{
+    const auto wanted = static_cast<uint32_t>(page);
+    if (out.wantedPages.size() < kWantedCapacity &&
+        std::find(out.wantedPages.begin(), out.wantedPages.end(), wanted) == out.wantedPages.end()) {
+        out.wantedPages.push_back(wanted);
+    }
 }
 
 } // namespace
@@ -31,15 +45,14 @@ TileKey childKey(const TileKey& key, int child) noexcept
 GeomipSelector::GeomipSelector(const TerrainShape& shape, std::span<const PageNode> pages,
                                const GeomipSettings& settings)
     : _shape(shape), _pages(pages), _slotOfPage(pages.size(), -1), _settings(settings),
-      _budget(settings.triangleBudget)
+      _budget(settings.triangleBudget), _aimedTiles(aimedTilesOf(tilesOf(settings), settings.morph)),
+      _aim(shape, pages, nodeCapacity(settings)),
+      _morph(shape, pages, tilesOf(settings), _aimedTiles, settings.morph ? nodeCapacity(settings) : 0)
 {
     assert(settings.triangleBudget >= kSmallestBudget);
-    const size_t tiles = settings.triangleBudget / kTileTriangles;
-    const size_t nodes = 4 * (2 * tiles + 256) + 1;
-    _nodes.reserve(nodes);
-    _heap.reserve(nodes);
+    _heap.reserve(nodeCapacity(settings));
     _toSplit.reserve(4 * kMaxPageDepth);
-    _order.reserve(tiles + 1);
+    _order.reserve(tilesOf(settings) + 1);
 }
 
 void GeomipSelector::addPage(uint32_t page, uint32_t slot, const PageData&)
@@ -55,30 +68,48 @@ void GeomipSelector::removePage(uint32_t page, uint32_t)
 void GeomipSelector::setTriangleBudget(uint32_t triangles)
 {
     _budget = std::clamp(triangles, kSmallestBudget, _settings.triangleBudget);
+    const uint32_t tiles = _budget / kTileTriangles;
+    _aimedTiles = aimedTilesOf(tiles, _settings.morph);
+    _morph.setTiles(tiles, _aimedTiles);
 }
 
 void GeomipSelector::select(const ViewState& view, std::span<const int32_t> slotOfPage, DrawList& out)
 {
     out.items.reserve(_order.capacity());
-    out.usedPages.reserve(_nodes.capacity());
+    out.usedPages.reserve((_settings.morph ? 2 : 1) * nodeCapacity(_settings));
     out.wantedPages.reserve(kWantedCapacity);
     out.items.clear();
+    out.lists.clear();
+    out.indices.clear();
     out.usedPages.clear();
     out.wantedPages.clear();
     out.aheadPages.clear();
     out.stats = {};
     out.stats.tauPx = _settings.tolerancePx;
-    _nodes.clear();
-    _heap.clear();
-    _alpha = pixelsPerRadian(view);
-    _nearestM = view.frustum.nearM;
     if (slotOfPage[0] < 0) {
         out.wantedPages.push_back(0);
         return;
     }
-    const Visibility visibility(view, _shape.ellipsoid, _pages[0].minHeightM);
-    _nodes.push_back(makeNode({}, 0, Visibility::kAllPlanes, view, visibility, out.stats));
-    _visibleLeaves = _nodes[0].visible ? 1 : 0;
+    const TileTree::Look look{view, Visibility(view, _shape.ellipsoid, _pages[0].minHeightM),
+                              pixelsPerRadian(view)};
+    aim(look, slotOfPage, out);
+    listUsedPages(_aim, out);
+    if (_settings.morph) {
+        const TileTree& drawn = _morph.follow(_aim, look, slotOfPage, out.stats);
+        wantBesideView(slotOfPage, out);
+        listUsedPages(drawn, out);
+        emit(drawn, look, out);
+    } else {
+        emit(_aim, look, out);
+    }
+}
+
+// The tiles that suit this view, whatever was drawn before.
+void GeomipSelector::aim(const TileTree::Look& look, std::span<const int32_t> slotOfPage, DrawList& out)
+{
+    _heap.clear();
+    _aim.clear();
+    _aim.makeRoot(look);
     pushCandidate(0);
     int misfits = 0;
     while (!_heap.empty() && misfits < kMisfitLimit) {
@@ -86,78 +117,77 @@ void GeomipSelector::select(const ViewState& view, std::span<const int32_t> slot
         const Candidate top = _heap.back();
         _heap.pop_back();
         // A neighbour may have forced this split already.
-        if (_nodes[static_cast<size_t>(top.node)].firstChild >= 0) {
+        if (_aim[top.node].firstChild >= 0) {
             continue;
         }
         _toSplit.clear();
         if (!collectSplits(top.node, slotOfPage, out)) {
             ++out.stats.tilesMissing;
-        } else if (!splitCollected(view, visibility, out.stats)) {
+            _aim[top.node].starved = true;
+        } else if (!splitCollected(look)) {
             out.stats.tauPx = std::max(out.stats.tauPx, top.errorPx);
             ++misfits;
         }
     }
-    emit(out);
-}
-
-GeomipSelector::Node GeomipSelector::makeNode(const TileKey& key, int32_t page, Visibility::PlaneMask planes,
-                                              const ViewState& view, const Visibility& visibility,
-                                              LodStats& stats) const
-{
-    Node node;
-    node.key = key;
-    node.page = page;
-    node.planes = planes;
-    if (page == kNoPage || !onGrid(_shape, key)) {
-        return node;
-    }
-    ++stats.tilesVisited;
-    const PageNode& source = _pages[static_cast<size_t>(page)];
-    const TileBox box = tileBox(_shape, key, source.minHeightM, source.maxHeightM);
-    node.visible = visibility.sees(box, node.planes);
-    if (key.depth <= _shape.deepestPage) {
-        node.errorM = source.errorM;
-    } else if (key.depth == _shape.deepestPage + 1) {
-        node.errorM = source.quarterErrorM[(key.y % 2) * 2 + key.x % 2];
-    }
-    node.distanceM = distanceM(box, view.eye);
-    node.errorPx = static_cast<float>(_alpha * node.errorM / std::max(node.distanceM, _nearestM));
-    return node;
+    out.stats.tilesVisited += _aim.visited();
 }
 
 void GeomipSelector::pushCandidate(int32_t index)
 {
-    const Node& node = _nodes[static_cast<size_t>(index)];
+    const TileNode& node = _aim[index];
     if (node.visible && node.errorPx > _settings.tolerancePx && node.key.depth < _shape.deepestPage + 2) {
         _heap.push_back({node.errorPx, index});
         std::push_heap(_heap.begin(), _heap.end());
     }
 }
 
-int32_t GeomipSelector::childPage(const Node& node, int child) const noexcept
-{
-    return node.key.depth < _shape.deepestPage
-               ? _pages[static_cast<size_t>(node.page)].child[static_cast<size_t>(child)]
-               : node.page;
-}
-
 bool GeomipSelector::childPagesResident(int32_t index, std::span<const int32_t> slotOfPage, DrawList& out)
 {
-    const Node& node = _nodes[static_cast<size_t>(index)];
     bool resident = true;
     for (int child = 0; child < 4; ++child) {
-        const int32_t page = childPage(node, child);
+        const int32_t page = _aim.childPage(_aim[index], child);
         if (page == kNoPage || slotOfPage[static_cast<size_t>(page)] >= 0) {
             continue;
         }
         resident = false;
-        const auto wanted = static_cast<uint32_t>(page);
-        if (out.wantedPages.size() < kWantedCapacity &&
-            std::find(out.wantedPages.begin(), out.wantedPages.end(), wanted) == out.wantedPages.end()) {
-            out.wantedPages.push_back(wanted);
-        }
+        want(page, out);
     }
     return resident;
+}
+
+// What comes into view beside a fine tile has to be fine at once, so its pages are wanted before it does.
+// They are wanted after all that is in view, and may be evicted as if unused.
+void GeomipSelector::wantBesideView(std::span<const int32_t> slotOfPage, DrawList& out)
+{
+    for (int32_t i = 0; i < static_cast<int32_t>(_aim.size()); ++i) {
+        if (!_aim[i].visible || _aim[i].firstChild < 0) {
+            continue;
+        }
+        for (int side = 0; side < 4; ++side) {
+            const int32_t other = _aim.neighbour(i, side);
+            if (other < 0 || _aim[other].visible || _aim[other].page == kNoPage) {
+                continue;
+            }
+            const TileKey beside = TileTree::keyBeside(_aim[i].key, side);
+            int32_t page = _aim[other].page;
+            for (int depth = _aim[other].key.depth; depth < std::min(beside.depth, _shape.deepestPage);
+                 ++depth) {
+                const PageNode& node = _pages[static_cast<size_t>(page)];
+                bool resident = true;
+                for (const int32_t child : node.child) {
+                    if (child != kNoPage && slotOfPage[static_cast<size_t>(child)] < 0) {
+                        resident = false;
+                        want(child, out);
+                    }
+                }
+                const int shift = beside.depth - depth - 1;
+                page = node.child[((beside.y >> shift) & 1) * 2 + ((beside.x >> shift) & 1)];
+                if (!resident || page == kNoPage) {
+                    break;
+                }
+            }
+        }
+    }
 }
 
 // Lists the node after the coarser visible neighbours that have to be split before it, so that depths differ
@@ -168,11 +198,9 @@ bool GeomipSelector::collectSplits(int32_t index, std::span<const int32_t> slotO
         return true;
     }
     bool resident = childPagesResident(index, slotOfPage, out);
-    const Node node = _nodes[static_cast<size_t>(index)];
     for (int side = 0; side < 4; ++side) {
-        const int32_t other = neighbour(node, side);
-        if (other >= 0 && _nodes[static_cast<size_t>(other)].visible &&
-            _nodes[static_cast<size_t>(other)].key.depth < node.key.depth) {
+        const int32_t other = _aim.neighbour(index, side);
+        if (other >= 0 && _aim[other].visible && _aim[other].key.depth < _aim[index].key.depth) {
             resident = collectSplits(other, slotOfPage, out) && resident;
         }
     }
@@ -181,120 +209,81 @@ bool GeomipSelector::collectSplits(int32_t index, std::span<const int32_t> slotO
 }
 
 // Splits what collectSplits listed, or nothing when the leaves in view would exceed the budget.
-bool GeomipSelector::splitCollected(const ViewState& view, const Visibility& visibility, LodStats& stats)
+bool GeomipSelector::splitCollected(const TileTree::Look& look)
 {
-    if (_nodes.size() + 4 * _toSplit.size() > _nodes.capacity()) {
-        return false;
-    }
-    const size_t nodesBefore = _nodes.size();
-    const uint32_t leavesBefore = _visibleLeaves;
+    const size_t before = _aim.size();
+    bool fits = true;
     for (const int32_t index : _toSplit) {
-        split(index, view, visibility, stats);
+        fits = fits && _aim.split(index, look);
     }
-    if (uint64_t{_visibleLeaves} * kTileTriangles > _budget) {
-        for (const int32_t index : _toSplit) {
-            _nodes[static_cast<size_t>(index)].firstChild = -1;
-        }
-        _nodes.resize(nodesBefore);
-        _visibleLeaves = leavesBefore;
+    if (!fits || _aim.visibleLeaves() > _aimedTiles) {
+        _aim.truncate(before);
         return false;
     }
-    for (size_t i = nodesBefore; i < _nodes.size(); ++i) {
+    for (size_t i = before; i < _aim.size(); ++i) {
         pushCandidate(static_cast<int32_t>(i));
     }
     return true;
 }
 
-void GeomipSelector::split(int32_t index, const ViewState& view, const Visibility& visibility,
-                           LodStats& stats)
+void GeomipSelector::listUsedPages(const TileTree& tree, DrawList& out) const
 {
-    const Node parent = _nodes[static_cast<size_t>(index)];
-    _nodes[static_cast<size_t>(index)].firstChild = static_cast<int32_t>(_nodes.size());
-    --_visibleLeaves;
-    for (int child = 0; child < 4; ++child) {
-        _nodes.push_back(makeNode(childKey(parent.key, child), childPage(parent, child), parent.planes, view,
-                                  visibility, stats));
-        _visibleLeaves += _nodes.back().visible ? 1 : 0;
-    }
-}
-
-// The deepest node, at most as deep as the given one, that holds the tile beside it; -1 beyond the root.
-int32_t GeomipSelector::neighbour(const Node& node, int side) const noexcept
-{
-    const SideStep step = kSides[static_cast<size_t>(side)];
-    const int64_t x = int64_t{node.key.x} + step.dx;
-    const int64_t y = int64_t{node.key.y} + step.dy;
-    const int64_t tiles = int64_t{1} << node.key.depth;
-    if (x < 0 || y < 0 || x >= tiles || y >= tiles) {
-        return -1;
-    }
-    int32_t found = 0;
-    for (int depth = 0; depth < node.key.depth; ++depth) {
-        const int32_t first = _nodes[static_cast<size_t>(found)].firstChild;
-        if (first < 0) {
-            break;
-        }
-        const int shift = node.key.depth - depth - 1;
-        found = first + static_cast<int32_t>(((y >> shift) & 1) * 2 + ((x >> shift) & 1));
-    }
-    return found;
-}
-
-uint8_t GeomipSelector::stitchSides(const Node& node) const noexcept
-{
-    unsigned stitch = 0;
-    for (int side = 0; side < 4; ++side) {
-        const int32_t other = neighbour(node, side);
-        if (other >= 0 && _nodes[static_cast<size_t>(other)].visible &&
-            _nodes[static_cast<size_t>(other)].key.depth < node.key.depth) {
-            stitch |= kSides[static_cast<size_t>(side)].side;
-        }
-    }
-    return static_cast<uint8_t>(stitch);
-}
-
-float GeomipSelector::itemErrorPx(const Node& node, uint8_t stitch) const noexcept
-{
-    if (node.key.depth < _shape.deepestPage + 2 || stitch == 0) {
-        return node.errorPx;
-    }
-    const double errorM = _pages[static_cast<size_t>(node.page)].stitchedErrorM;
-    return static_cast<float>(_alpha * errorM / std::max(node.distanceM, _nearestM));
-}
-
-void GeomipSelector::emit(DrawList& out)
-{
-    _order.clear();
-    for (size_t i = _nodes.size(); i-- > 0;) { // children before their parents
-        const Node& node = _nodes[i];
+    for (size_t i = tree.size(); i-- > 0;) { // children before their parents
+        const TileNode& node = tree[static_cast<int32_t>(i)];
         if (node.page != kNoPage && node.key.depth <= _shape.deepestPage) {
             out.usedPages.push_back(static_cast<uint32_t>(node.page));
         }
+    }
+}
+
+// While a tile moves it lies between its own surface and its parent's, so no farther off than the latter.
+float GeomipSelector::itemErrorPx(const TileTree& tree, int32_t index, const DrawItem& item,
+                                  const TileTree::Look& look) const noexcept
+{
+    const TileNode& node = tree[index];
+    double errorM = node.errorM;
+    const bool drawnThrough = std::all_of(item.sideWeight.begin(), item.sideWeight.end(),
+                                          [](float weight) { return weight >= 1.0F; });
+    if (node.key.depth == _shape.deepestPage + 2 && (item.stitch != 0 || !drawnThrough)) {
+        errorM = _pages[static_cast<size_t>(node.page)].stitchedErrorM;
+    }
+    if (item.weight < 1.0F) {
+        errorM = std::max(errorM, double{tree[node.parent].errorM});
+    }
+    return static_cast<float>(look.alpha * errorM / std::max(node.distanceM, look.view.frustum.nearM));
+}
+
+void GeomipSelector::emit(const TileTree& tree, const TileTree::Look& look, DrawList& out)
+{
+    _order.clear();
+    for (size_t i = 0; i < tree.size(); ++i) {
+        const TileNode& node = tree.nodes()[i];
         if (node.visible && node.firstChild < 0) {
             _order.push_back(static_cast<int32_t>(i));
         }
     }
     std::sort(_order.begin(), _order.end(), [&](int32_t a, int32_t b) {
-        const double da = _nodes[static_cast<size_t>(a)].distanceM;
-        const double db = _nodes[static_cast<size_t>(b)].distanceM;
-        return da != db ? da < db : a < b;
+        return tree[a].distanceM != tree[b].distanceM ? tree[a].distanceM < tree[b].distanceM : a < b;
     });
     for (const int32_t index : _order) {
-        const Node& node = _nodes[static_cast<size_t>(index)];
+        const TileNode& node = tree[index];
         const int finer = std::max(0, node.key.depth - _shape.deepestPage);
         DrawItem item;
         item.page = static_cast<uint32_t>(node.page);
         item.stride = static_cast<uint8_t>(4 >> finer);
         item.windowX = static_cast<uint8_t>(node.key.x & ((1U << finer) - 1));
         item.windowY = static_cast<uint8_t>(node.key.y & ((1U << finer) - 1));
-        item.stitch = stitchSides(node);
-        item.errorPx = itemErrorPx(node, item.stitch);
+        item.stitch = tree.stitchSides(index);
+        if (_settings.morph) {
+            GeomipMorph::weigh(tree, index, item);
+        }
+        item.errorPx = itemErrorPx(tree, index, item, look);
         out.stats.errorPx = std::max(out.stats.errorPx, item.errorPx);
         out.stats.triangles += static_cast<uint32_t>(
             kTileTriangles - kStitchedSideTriangles * std::popcount(unsigned{item.stitch}));
         out.items.push_back(item);
     }
-    assert(out.stats.triangles <= _budget);
+    assert(out.stats.triangles <= _settings.triangleBudget);
 }
 
 } // namespace ig::lod

@@ -6,10 +6,13 @@
 //   errorPx = alpha errorM / distanceM      alpha: pixelsPerRadian, distance: eye to the tile's box
 // is split until the next split would exceed the triangle budget, all tiles are within the tolerance, or
 // pages are missing. O(t log t) for t tiles in view, whatever the terrain's size.
+//
+// With morph these tiles are aimed at, and what is drawn follows as the eye moves: see geomip_morph.h.
 #pragma once
 
-#include "ig/lod/bounds.h"
+#include "ig/lod/geomip_morph.h"
 #include "ig/lod/selector.h"
+#include "ig/lod/tile_tree.h"
 
 #include <cstdint>
 #include <span>
@@ -20,6 +23,7 @@ namespace ig::lod {
 struct GeomipSettings {
     uint32_t triangleBudget = 24'000; // never exceeded, the largest that can be set; at least kSmallestBudget
     float tolerancePx = 1.0F;         // tiles within it are not split further; >= 0
+    bool morph = false;               // tiles come and go without a step
 };
 
 // The smallest budget that can draw every terrain: its root tile.
@@ -41,20 +45,11 @@ public:
     uint32_t triangleBudget() const override { return _budget; }
 
     // Fills out for this view. slotOfPage[page] >= 0 says that a page is resident; when the root is not,
-    // nothing is drawn and the root is wanted. No allocation after the first call.
+    // nothing is drawn and the root is wanted. No allocation after the first call. With morph the draw list
+    // depends on the views of the calls before; without, on nothing but this view and the residency.
     void select(const ViewState& view, std::span<const int32_t> slotOfPage, DrawList& out);
 
 private:
-    struct Node {
-        TileKey key;
-        int32_t page = kNoPage;
-        int32_t firstChild = -1; // four in a row, -1: a leaf
-        float errorM = 0;
-        float errorPx = 0;
-        double distanceM = 0;
-        Visibility::PlaneMask planes = Visibility::kAllPlanes;
-        bool visible = false; // on the grid and in view
-    };
     struct Candidate {
         float errorPx;
         int32_t node;
@@ -64,29 +59,26 @@ private:
         }
     };
 
-    Node makeNode(const TileKey& key, int32_t page, Visibility::PlaneMask planes, const ViewState& view,
-                  const Visibility& visibility, LodStats& stats) const;
+    void aim(const TileTree::Look& look, std::span<const int32_t> slotOfPage, DrawList& out);
     void pushCandidate(int32_t node);
-    bool splitCollected(const ViewState& view, const Visibility& visibility, LodStats& stats);
+    bool splitCollected(const TileTree::Look& look);
     bool collectSplits(int32_t node, std::span<const int32_t> slotOfPage, DrawList& out);
     bool childPagesResident(int32_t node, std::span<const int32_t> slotOfPage, DrawList& out);
-    void split(int32_t node, const ViewState& view, const Visibility& visibility, LodStats& stats);
-    int32_t childPage(const Node& node, int child) const noexcept;
-    int32_t neighbour(const Node& node, int side) const noexcept;
-    uint8_t stitchSides(const Node& node) const noexcept;
-    float itemErrorPx(const Node& node, uint8_t stitch) const noexcept;
-    void emit(DrawList& out);
+    void wantBesideView(std::span<const int32_t> slotOfPage, DrawList& out);
+    void listUsedPages(const TileTree& tree, DrawList& out) const;
+    float itemErrorPx(const TileTree& tree, int32_t node, const DrawItem& item,
+                      const TileTree::Look& look) const noexcept;
+    void emit(const TileTree& tree, const TileTree::Look& look, DrawList& out);
 
     TerrainShape _shape;
     std::span<const PageNode> _pages;
     std::vector<int32_t> _slotOfPage;
     GeomipSettings _settings;
     uint32_t _budget;
-    double _nearestM = 0.5; // distances below the near plane count as it
-    double _alpha = 1;
-    uint32_t _visibleLeaves = 0;
+    uint32_t _aimedTiles; // in view at most
+    TileTree _aim;
+    GeomipMorph _morph;
     // Per-frame scratch, reserved once.
-    std::vector<Node> _nodes;
     std::vector<Candidate> _heap;
     std::vector<int32_t> _toSplit;
     std::vector<int32_t> _order;

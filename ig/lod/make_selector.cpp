@@ -30,7 +30,7 @@ std::unique_ptr<Selector> makeSelector(const TerrainShape& shape, std::span<cons
 {
     if (settings.method == Method::geomip) {
         return std::make_unique<GeomipSelector>(
-            shape, pages, GeomipSettings{settings.triangleBudget, settings.tolerancePx});
+            shape, pages, GeomipSettings{settings.triangleBudget, settings.tolerancePx, settings.morph});
     }
     TreeSettings tree;
     tree.triangleBudget = settings.triangleBudget;

@@ -128,7 +128,7 @@ Result<Flown> fly(const std::string& name, const lod::SelectionSettings& selecti
     settings.selection = selection;
     gl::RendererSettings rendererSettings;
     rendererSettings.pageSlots = settings.pageSlots;
-    rendererSettings.morph = app::rendererMorph(selection.method);
+    rendererSettings.morph = app::rendererMorph(selection.method, selection.morph);
     gl::NullRenderer renderer(rendererSettings);
     app::TerrainEngine engine(std::move(*dataset), settings, renderer, log);
     if (auto loaded = engine.preload(flight.view(0, options.width, options.height)); !loaded) {
@@ -159,7 +159,7 @@ Result<Json> run(const Options& options)
                                              {"hybrid", lod::Method::hybrid, true},
                                              {"hybrid_all", lod::Method::hybrid, false},
                                              {"geomip", lod::Method::geomip, true}}) {
-        auto flown = fly(name, {method, options.budget, 1.0F, live}, options);
+        auto flown = fly(name, {method, options.budget, 1.0F, true, live}, options);
         if (!flown) {
             return Unexpected{flown.error()};
         }

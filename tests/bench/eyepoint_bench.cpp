@@ -130,7 +130,7 @@ gl::RendererSettings rendererSettings(const Options& options)
     settings.widthPx = options.width;
     settings.heightPx = options.height;
     settings.visibilityM = 60'000;
-    settings.morph = app::rendererMorph(*lod::methodOf(options.method));
+    settings.morph = app::rendererMorph(*lod::methodOf(options.method), true);
     return settings;
 }
 

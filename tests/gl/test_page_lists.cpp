@@ -81,19 +81,6 @@ ig::ViewState oblique(std::mt19937& random)
     return view;
 }
 
-int skyUnderTerrain(const Image& image)
-{
-    int count = 0;
-    for (int x = 0; x < image.widthPx; ++x) {
-        bool below = false;
-        for (int y = 0; y < image.heightPx; ++y) {
-            below = below || image.isTerrain(x, y);
-            count += below && !image.isTerrain(x, y) ? 1 : 0;
-        }
-    }
-    return count;
-}
-
 // A rough tolerance for few triangles, a fine one for many; both leave vertices on the way.
 ig::lod::TreeSettings refinement(int i)
 {
@@ -131,32 +118,6 @@ int crackPixels(const ig::gl::ContextSettings& context, int views,
     }
     CHECK(moving > 20 * views);
     return cracks;
-}
-
-// Distance along the viewing axis of the morphed surface under a pixel, by double arithmetic.
-double surfaceAt(const std::vector<std::array<glm::dvec3, 3>>& triangles, const ig::ViewState& view, int x,
-                 int y)
-{
-    const ig::Frustum& f = view.frustum;
-    const glm::dvec3 inEye(f.left + (x + 0.5) / kWidthPx * (f.right - f.left),
-                           f.top - (y + 0.5) / kHeightPx * (f.top - f.bottom), -1.0);
-    const glm::dvec3 ray = glm::transpose(view.eyeFromEcef) * inEye;
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const auto& [a, b, c] : triangles) {
-        const glm::dvec3 ab = b - a;
-        const glm::dvec3 ac = c - a;
-        const glm::dvec3 normal = glm::cross(ab, ac);
-        const double along = glm::dot(ray, normal);
-        if (along >= 0.0)
-            continue; // from inside
-        const double t = glm::dot(a, normal) / along;
-        const glm::dvec3 p = ray * t - a;
-        const double u = glm::dot(glm::cross(p, ac), normal) / glm::dot(normal, normal);
-        const double v = glm::dot(glm::cross(ab, p), normal) / glm::dot(normal, normal);
-        if (u > -1e-9 && v > -1e-9 && u + v < 1 + 1e-9 && t > 0)
-            nearest = std::min(nearest, t);
-    }
-    return nearest;
 }
 
 } // namespace
@@ -227,11 +188,13 @@ TEST_CASE("the surface under a pixel is where double arithmetic puts the morphed
         for (int k = 0; k < 60; ++k) {
             const int x = pixel(random);
             const int y = pixel(random);
-            const double exactM = surfaceAt(triangles, view, x, y);
+            const double exactM = surfaceAt(triangles, view, x, y, kWidthPx, kHeightPx);
             const double toleranceM = 2 * (3e-7 * exactM + 2e-5 + 0x1p-15 * exactM / list.morph.reach);
             const double drawnM = stage.renderer().depthAt(x, y);
             worst = std::max(worst, std::abs(drawnM - exactM) / toleranceM);
-            farthest = std::max(farthest, std::abs(surfaceAt(unmoved, view, x, y) - exactM) / toleranceM);
+            farthest =
+                std::max(farthest,
+                         std::abs(surfaceAt(unmoved, view, x, y, kWidthPx, kHeightPx) - exactM) / toleranceM);
         }
     }
     CHECK(worst <= 1.0);

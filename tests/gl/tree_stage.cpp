@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "tree_stage.h"
 
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <limits>
+
 namespace stage {
 
 using ig::lod::kPageIntervals;
@@ -67,6 +73,44 @@ ig::lod::DrawList refined(const test::TreeTerrain& terrain, const ig::ViewState&
     ig::lod::DrawList list;
     test::makeSelector(terrain, settings)->select(view, list);
     return list;
+}
+
+double surfaceAt(const std::vector<std::array<glm::dvec3, 3>>& triangles, const ig::ViewState& view, int x,
+                 int y, int widthPx, int heightPx)
+{
+    const ig::Frustum& f = view.frustum;
+    const glm::dvec3 inEye(f.left + (x + 0.5) / widthPx * (f.right - f.left),
+                           f.top - (y + 0.5) / heightPx * (f.top - f.bottom), -1.0);
+    const glm::dvec3 ray = glm::transpose(view.eyeFromEcef) * inEye;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto& [a, b, c] : triangles) {
+        const glm::dvec3 ab = b - a;
+        const glm::dvec3 ac = c - a;
+        const glm::dvec3 normal = glm::cross(ab, ac);
+        const double along = glm::dot(ray, normal);
+        if (along >= 0.0)
+            continue; // from inside
+        const double t = glm::dot(a, normal) / along;
+        const glm::dvec3 p = ray * t - a;
+        const double u = glm::dot(glm::cross(p, ac), normal) / glm::dot(normal, normal);
+        const double v = glm::dot(glm::cross(ab, p), normal) / glm::dot(normal, normal);
+        if (u > -1e-9 && v > -1e-9 && u + v < 1 + 1e-9 && t > 0)
+            nearest = std::min(nearest, t);
+    }
+    return nearest;
+}
+
+int skyUnderTerrain(const Image& image)
+{
+    int count = 0;
+    for (int x = 0; x < image.widthPx; ++x) {
+        bool below = false;
+        for (int y = 0; y < image.heightPx; ++y) {
+            below = below || image.isTerrain(x, y);
+            count += below && !image.isTerrain(x, y) ? 1 : 0;
+        }
+    }
+    return count;
 }
 
 } // namespace stage

@@ -20,4 +20,13 @@ std::vector<ig::data::PageMesh> meshesOf(const test::TreeTerrain& terrain);
 ig::lod::DrawList refined(const test::TreeTerrain& terrain, const ig::ViewState& view,
                           const ig::lod::TreeSettings& settings);
 
+// Distance along the viewing axis of the nearest of eye-relative ECEF triangles under a pixel of a picture,
+// seen from outside, by double arithmetic; infinity for none.
+double surfaceAt(const std::vector<std::array<glm::dvec3, 3>>& triangles, const ig::ViewState& view, int x,
+                 int y, int widthPx, int heightPx);
+
+// Pixels of sky with terrain above them. In a level view a column of pixels is a vertical plane, and over a
+// surface without gaps there are none.
+int skyUnderTerrain(const Image& image);
+
 } // namespace stage

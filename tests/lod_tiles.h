@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// Where the tiles of a draw list draw their vertices, by the rules of DrawItem and ig/lod/vertex_error.h.
+#pragma once
+
+#include "lod_tree.h"
+
+namespace test {
+
+// Weight at which the vertex (col, row of the tile, 0 .. 16) is drawn, as the vertex shader finds it.
+inline float weightOf(const ig::lod::DrawItem& item, int col, int row)
+{
+    if (col % 2 == 0 && row % 2 == 0) {
+        return 1.0F;
+    }
+    if (col == 0 || col == ig::lod::kTileIntervals) {
+        return item.sideWeight[col == 0 ? 3 : 1];
+    }
+    if (row == 0 || row == ig::lod::kTileIntervals) {
+        return item.sideWeight[row == 0 ? 0 : 2];
+    }
+    return item.weight;
+}
+
+struct Vertex {
+    Post post; // of the full grid
+    float weight;
+};
+
+// Calls f(item, its triangles' three vertices).
+template <class F>
+void forTriangles(const Terrain& terrain, const ig::lod::DrawList& list, F&& f)
+{
+    for (const ig::lod::DrawItem& item : list.items) {
+        const ig::lod::PageNode& page = terrain.pages[item.page];
+        const int step = 1 << (terrain.shape.deepestPage - page.depth);
+        std::vector<uint16_t> indices;
+        ig::gl::appendTileIndices(item.stride, item.stitch, indices);
+        const auto corner = static_cast<int>(ig::gl::tileCorner(item));
+        for (size_t i = 0; i < indices.size(); i += 3) {
+            std::array<Vertex, 3> vertices{};
+            for (size_t k = 0; k < 3; ++k) {
+                const int local = indices[i + k];
+                const int post = corner + local;
+                vertices[k] = {{(static_cast<int>(page.x) * 64 + post % ig::lod::kPagePosts) * step,
+                                (static_cast<int>(page.y) * 64 + post / ig::lod::kPagePosts) * step},
+                               weightOf(item, local % ig::lod::kPagePosts / item.stride,
+                                        local / ig::lod::kPagePosts / item.stride)};
+            }
+            f(item, vertices);
+        }
+    }
+}
+
+// ECEF.
+inline glm::dvec3 place(const TreeTerrain& t, const Vertex& vertex)
+{
+    const auto [col, row] = vertex.post;
+    const glm::dvec3 own = t.position(col, row);
+    if (vertex.weight >= 1.0F || t.touchesPadding(col, row)) {
+        return own;
+    }
+    const auto split = splitOf(col, row);
+    const glm::dvec3 middle =
+        0.5 * (t.position(split[0][0], split[0][1]) + t.position(split[1][0], split[1][1]));
+    return middle + (own - middle) * double{vertex.weight};
+}
+
+} // namespace test
