@@ -223,7 +223,8 @@ TEST_CASE("a frame loads a bounded number of pages, and the view completes over 
     } while (stats.pageIns > 0);
     CHECK(frames > 2);
     CHECK(stats.lod.tilesMissing == 0);
-    CHECK(stats.lod.errorPx <= 1.5F * stats.lod.tauPx);
+    // The picture's corners stretch by 1 + 0.73^2 + 0.41^2.
+    CHECK(stats.lod.errorPx <= 1.75F * stats.lod.tauPx);
     CHECK(log.lines.empty());
 }
 
