@@ -496,6 +496,16 @@ TEST_CASE("the benchmark of whole frames draws the same pixels as its static yar
     CHECK(report["steadiness_held"]["triangles"]["max"].get<double>() <= 8000);
     CHECK(report["size"]["ratio_p50"].get<double>() > 0);
     CHECK(report["machine"]["one_thread_p99_over_mean"].get<double>() >= 1);
+
+    Process lod({"eyepoint-bench-lod", "--terrain", terrain, "--seconds", "0.5", "--budget", "8000"},
+                dir.file("out"), dir.file("err"));
+    REQUIRE(lod.wait(120) == 0);
+    const auto methods = nlohmann::json::parse(readFile(dir.file("out")));
+    CHECK(methods["frames_with_other_lists"] == 0);
+    CHECK(methods["methods"].size() == 5);
+    for (const auto& method : methods["methods"]) {
+        CHECK(method["frames_over_budget"] == 0);
+    }
 }
 
 TEST_CASE("the benchmark of handing out accepts no torn frame and leaks nothing")

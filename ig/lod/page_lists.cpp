@@ -299,8 +299,8 @@ void PageLists::put(const Corner& apex, const Corner& left, const Corner& right)
     }
 }
 
-uint32_t PageLists::cull(int32_t slot, const glm::dvec3& eye, std::span<const glm::dvec4> planes,
-                         unsigned mask)
+uint32_t PageLists::gather(int32_t slot, const glm::dvec3& eye, std::span<const glm::dvec4> planes,
+                           unsigned mask, size_t capacity, std::vector<uint16_t>& indices) const
 {
     // Planes through offsets from the page's middle, moved out by what floats leave of them.
     struct Plane {
@@ -320,36 +320,27 @@ uint32_t PageLists::cull(int32_t slot, const glm::dvec3& eye, std::span<const gl
     uint32_t triangles = 0;
     for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
         for (uint32_t at = first; at != kNone; at = _clusters[at].next) {
-            Cluster& cluster = _clusters[at];
-            cluster.visible = true;
-            for (size_t k = 0; k < count; ++k) {
+            const Cluster& cluster = _clusters[at];
+            bool visible = true;
+            for (size_t k = 0; visible && k < count; ++k) {
                 // The box's corner that is farthest along the normal.
                 const glm::vec3& n = tested[k].normal;
                 const float side = n.x * (n.x > 0 ? cluster.high.x : cluster.low.x) +
                                    n.y * (n.y > 0 ? cluster.high.y : cluster.low.y) +
                                    n.z * (n.z > 0 ? cluster.high.z : cluster.low.z) + tested[k].w;
-                if (side < 0.0F) {
-                    cluster.visible = false;
-                    break;
-                }
+                visible = side >= 0.0F;
             }
-            triangles += cluster.visible ? cluster.triangles : 0U;
+            if (!visible) {
+                continue;
+            }
+            triangles += cluster.triangles;
+            const size_t added = size_t{3} * cluster.triangles;
+            if (indices.size() + added <= capacity) {
+                indices.insert(indices.end(), cluster.index.begin(), cluster.index.begin() + added);
+            }
         }
     }
     return triangles;
-}
-
-void PageLists::append(int32_t slot, std::vector<uint16_t>& indices) const
-{
-    for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
-        for (uint32_t at = first; at != kNone; at = _clusters[at].next) {
-            const Cluster& cluster = _clusters[at];
-            if (cluster.visible) {
-                indices.insert(indices.end(), cluster.index.begin(),
-                               cluster.index.begin() + 3 * cluster.triangles);
-            }
-        }
-    }
 }
 
 } // namespace ig::lod

@@ -26,11 +26,11 @@ public:
     void update(std::span<const int32_t> drawn);
     uint32_t made() const noexcept { return _made; } // lists, in the last update
 
-    // Marks a page's clusters that the frustum meets and returns their triangles. planes: those that the
-    // page is not wholly inside of (Visibility::PlaneMask).
-    uint32_t cull(int32_t slot, const glm::dvec3& eye, std::span<const glm::dvec4> planes, unsigned mask);
-    // Appends the indices of the marked clusters.
-    void append(int32_t slot, std::vector<uint16_t>& indices) const;
+    // Appends the indices of a page's clusters that the frustum meets and returns their triangles; what would
+    // make more than `capacity` indices is counted and left out. planes: those that the page is not wholly
+    // inside of (Visibility::PlaneMask).
+    uint32_t gather(int32_t slot, const glm::dvec3& eye, std::span<const glm::dvec4> planes, unsigned mask,
+                    size_t capacity, std::vector<uint16_t>& indices) const;
 
 private:
     static constexpr uint32_t kClusterTriangles = 32;
@@ -44,7 +44,6 @@ private:
             high{0.0F}; // from the page's middle, ECEF axes, m: wherever the morph has corners
         uint32_t next = kNone;
         uint16_t triangles = 0;
-        bool visible = false;
         std::array<uint16_t, 3 * kClusterTriangles> index{};
     };
     struct Page {

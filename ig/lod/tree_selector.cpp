@@ -137,11 +137,11 @@ void TreeSelector::select(const ViewState& view, DrawList& out)
     const double reach = nextReach(motion);
     _view = view;
     _hasView = true;
-    solve(view, motion, reach, out.stats);
-    emit(view, out);
+    solve(view, motion, reach, out);
+    finish(view, out);
 }
 
-void TreeSelector::solve(const ViewState& view, const Motion& motion, double reach, LodStats& stats)
+void TreeSelector::solve(const ViewState& view, const Motion& motion, double reach, DrawList& out)
 {
     const uint32_t budget = _budget;
     double fits = 0.0; // the largest reach known to fit, the smallest known not to
@@ -149,7 +149,7 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
     bool settles = motion.jumped;
     double turnRad = motion.turnRad;
     for (int trial = 0; trial < kTrials; ++trial) {
-        const uint32_t triangles = refine(view, reach, turnRad, motion.jumped, stats);
+        const uint32_t triangles = refine(view, reach, turnRad, motion.jumped, out);
         turnRad = 0.0; // the tree has followed
         settles = settles || triangles < kJumpShare * budget;
         if (triangles > budget) {
@@ -168,7 +168,7 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
                                fits * std::clamp(kAimedShare * budget / std::max(triangles, 1U), 1.05, 4.0));
     }
     if (_reach != fits || _triangles > budget) {
-        refine(view, fits, 0.0, motion.jumped, stats);
+        refine(view, fits, 0.0, motion.jumped, out);
     }
 }
 
@@ -179,20 +179,20 @@ double TreeSelector::cutFor(const ViewState& view, double reach) const noexcept
                        : std::numeric_limits<double>::infinity();
 }
 
-// Brings pages, active set and lists to a reach; returns the triangles in view.
+// Brings pages, active set and lists to a reach; returns the triangles in view, which are in out if they fit.
 uint32_t TreeSelector::refine(const ViewState& view, double reach, double turnRad, bool everything,
-                              LodStats& stats)
+                              DrawList& out)
 {
     _reach = reach;
     _cutM = cutFor(view, reach);
-    visitPages(view, reach, stats);
+    visitPages(view, reach, out.stats);
     const VertexTree::Criteria criteria{view.eye.m, _planes, reach, _cutM};
     _tree.update(criteria, turnRad, _open, everything || !_settings.liveRanges);
-    stats.verticesEvaluated += _tree.evaluated();
+    out.stats.verticesEvaluated += _tree.evaluated();
     choosePages();
     _lists.update(_drawn);
-    stats.listsMade += _lists.made();
-    _triangles = trianglesInView(view);
+    out.stats.listsMade += _lists.made();
+    _triangles = gatherLists(view, out);
     return _triangles;
 }
 
@@ -324,41 +324,41 @@ void TreeSelector::choosePages()
     }
 }
 
-uint32_t TreeSelector::trianglesInView(const ViewState& view)
+// Nearest pages first.
+uint32_t TreeSelector::gatherLists(const ViewState& view, DrawList& out)
 {
-    uint32_t triangles = 0;
-    for (const Visit& visit : _visits) {
-        if (visit.drawn) {
-            triangles += _lists.cull(visit.slot, view.eye.m, _planes, visit.planes);
-        }
-    }
-    return triangles;
-}
-
-void TreeSelector::emit(const ViewState& view, DrawList& out)
-{
+    out.lists.clear();
+    out.indices.clear();
     _order.clear();
     for (size_t i = 0; i < _visits.size(); ++i) {
-        _order.push_back(static_cast<int32_t>(i));
-        out.usedPages.push_back(static_cast<uint32_t>(_graph[_visits[_visits.size() - 1 - i].slot].page));
+        if (_visits[i].drawn) {
+            _order.push_back(static_cast<int32_t>(i));
+        }
     }
     std::sort(_order.begin(), _order.end(), [this](int32_t a, int32_t b) {
         const double da = _visits[static_cast<size_t>(a)].distanceM;
         const double db = _visits[static_cast<size_t>(b)].distanceM;
         return da != db ? da < db : a > b; // the deeper one first
     });
+    uint32_t triangles = 0;
     for (const int32_t i : _order) {
         const Visit& visit = _visits[static_cast<size_t>(i)];
-        if (!visit.drawn) {
-            continue;
-        }
         const auto first = static_cast<uint32_t>(out.indices.size());
-        _lists.append(visit.slot, out.indices);
+        triangles +=
+            _lists.gather(visit.slot, view.eye.m, _planes, visit.planes, size_t{3} * _budget, out.indices);
         const auto count = static_cast<uint32_t>(out.indices.size()) - first;
         if (count > 0) {
             out.lists.push_back({static_cast<uint32_t>(_graph[visit.slot].page), first, count,
                                  static_cast<float>(visit.distanceM)});
         }
+    }
+    return triangles;
+}
+
+void TreeSelector::finish(const ViewState& view, DrawList& out)
+{
+    for (size_t i = _visits.size(); i-- > 0;) {
+        out.usedPages.push_back(static_cast<uint32_t>(_graph[_visits[i].slot].page));
     }
     std::sort(_wanted.begin(), _wanted.end(), [](const Wanted& a, const Wanted& b) {
         return a.urgency != b.urgency ? a.urgency > b.urgency : a.page < b.page;

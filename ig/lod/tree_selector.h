@@ -88,16 +88,16 @@ private:
 
     Motion motionTo(const ViewState& view) const noexcept;
     double nextReach(const Motion& motion) const noexcept;
-    void solve(const ViewState& view, const Motion& motion, double reach, LodStats& stats);
-    uint32_t refine(const ViewState& view, double reach, double turnRad, bool everything, LodStats& stats);
+    void solve(const ViewState& view, const Motion& motion, double reach, DrawList& out);
+    uint32_t refine(const ViewState& view, double reach, double turnRad, bool everything, DrawList& out);
     double cutFor(const ViewState& view, double reach) const noexcept;
     void visitPages(const ViewState& view, double reach, LodStats& stats);
     void visitMissing(const Visit& parent, size_t quadrant, const ViewState& view, double reach,
                       const Visibility& visibility, LodStats& stats);
     double missingPx(const Visit& parent, size_t quadrant, const ViewState& view) const;
     void choosePages();
-    uint32_t trianglesInView(const ViewState& view);
-    void emit(const ViewState& view, DrawList& out);
+    uint32_t gatherLists(const ViewState& view, DrawList& out);
+    void finish(const ViewState& view, DrawList& out);
     float boundPx(const ViewState& view, double px) const noexcept;
 
     TerrainShape _shape;
