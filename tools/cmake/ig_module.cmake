@@ -13,6 +13,8 @@ if(EYEPOINT_SANITIZE)
   target_compile_options(ig_flags INTERFACE -fsanitize=${EYEPOINT_SANITIZE} -fno-omit-frame-pointer
                                             -fno-sanitize-recover=all)
   target_link_options(ig_flags INTERFACE -fsanitize=${EYEPOINT_SANITIZE})
+  # Libraries without RTTI have classes with virtual functions, whose type this check would ask for.
+  target_compile_options(ig_flags INTERFACE -fno-sanitize=vptr)
   # GCC 12 sees uninitialised values in the standard library's <regex> once sanitizers are in.
   target_compile_options(ig_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 endif()
