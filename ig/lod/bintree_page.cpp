@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "ig/lod/bintree_page.h"
 
-#include "ig/lod/vertex_error.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -26,17 +24,8 @@ void BintreePage::set(const TerrainShape& shape, const PageNode& node, const Pag
         const double longitudeRad = shape.westRad + shape.longitudeStepRad * col;
         _col[i] = {std::sin(longitudeRad), std::cos(longitudeRad)};
     }
-    _data = data;
-    uint8_t error = 0;
-    uint8_t radius = 0;
-    for (size_t i = 0; i < data.errorCode.size(); ++i) {
-        if (node.depth == 0 || (i % kPagePosts | i / kPagePosts) % 2 != 0) {
-            error = std::max(error, data.errorCode[i]);
-            radius = std::max(radius, data.radiusCode[i]);
-        }
-    }
-    _largestErrorM = decodeM(error);
-    _largestRadiusM = decodeM(radius);
+    _heightScaleM = data.heightScaleM;
+    _heightOffsetM = data.heightOffsetM;
 }
 
 } // namespace ig::lod

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A resident page as the bin-tree refinement sees it: where its vertices are, and how much they matter.
+// Where the vertices of a resident page are.
 #pragma once
 
 #include "ig/lod/selector.h"
@@ -17,20 +17,15 @@ public:
     void set(const TerrainShape& shape, const PageNode& node, const PageData& data);
 
     // ECEF metres. The same bits in every page that has the post.
-    // post: row * kPagePosts + col.
-    glm::dvec3 position(uint32_t post) const noexcept
+    // post: row * kPagePosts + col; height: the page's data of it.
+    glm::dvec3 position(uint32_t post, int16_t height) const noexcept
     {
         const Row& r = _row[post / kPagePosts];
         const Col& c = _col[post % kPagePosts];
-        const double h = _data.height[post] * _data.heightScaleM + _data.heightOffsetM;
+        const double h = height * _heightScaleM + _heightOffsetM;
         const double p = (r.normalM + h) * r.cosine;
         return {p * c.cosine, p * c.sine, (r.polarM + h) * r.sine};
     }
-    uint8_t errorCode(uint32_t post) const noexcept { return _data.errorCode[post]; }
-    uint8_t radiusCode(uint32_t post) const noexcept { return _data.radiusCode[post]; }
-    // The largest among the vertices that the page introduces.
-    double largestErrorM() const noexcept { return _largestErrorM; }
-    double largestRadiusM() const noexcept { return _largestRadiusM; }
 
 private:
     struct Row {
@@ -42,11 +37,10 @@ private:
         double sine, cosine; // of the longitude
     };
 
+    double _heightScaleM = 1;
+    double _heightOffsetM = 0;
     std::array<Row, kPagePosts> _row{};
     std::array<Col, kPagePosts> _col{};
-    PageData _data;
-    double _largestErrorM = 0;
-    double _largestRadiusM = 0;
 };
 
 } // namespace ig::lod

@@ -94,6 +94,27 @@ double distanceM(const TileBox& box, const EcefPos& eye) noexcept
     return glm::length(glm::max(glm::abs(local) - box.half, glm::dvec3(0.0)));
 }
 
+double distanceToTriangleM(const glm::dvec3& point, const glm::dvec3& a, const glm::dvec3& b,
+                           const glm::dvec3& c) noexcept
+{
+    const glm::dvec3 normal = glm::cross(b - a, c - a);
+    const double area = glm::length(normal);
+    const auto inside = [&](const glm::dvec3& from, const glm::dvec3& to) {
+        return glm::dot(glm::cross(to - from, point - from), normal) >= 0.0;
+    };
+    if (area > 0.0 && inside(a, b) && inside(b, c) && inside(c, a)) {
+        return std::abs(glm::dot(point - a, normal)) / area;
+    }
+    const auto toSegment = [&](const glm::dvec3& from, const glm::dvec3& to) {
+        const glm::dvec3 along = to - from;
+        const double squared = glm::dot(along, along);
+        const double share =
+            squared > 0.0 ? std::clamp(glm::dot(point - from, along) / squared, 0.0, 1.0) : 0.0;
+        return glm::length(point - from - share * along);
+    };
+    return std::min({toSegment(a, b), toSegment(b, c), toSegment(c, a)});
+}
+
 Visibility::Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double lowestHeightM) noexcept
     : _planes(frustumPlanes(view)), _eye(view.eye.m)
 {

@@ -42,6 +42,10 @@ TileBox tileBox(const TerrainShape& shape, const TileKey& key, double minHeightM
 // Smallest distance from the eye to the box, metres; 0 inside.
 double distanceM(const TileBox& box, const EcefPos& eye) noexcept;
 
+// Smallest distance from a point to a triangle, which may have no area.
+double distanceToTriangleM(const glm::dvec3& point, const glm::dvec3& a, const glm::dvec3& b,
+                           const glm::dvec3& c) noexcept;
+
 // What one view can see of boxes. A mask bit per frustum plane says that the plane still has to be
 // tested: a box wholly inside a plane clears the bit, and nothing below it tests that plane again.
 class Visibility {

@@ -3,6 +3,8 @@
 
 #include "ig/lod/vertex_error.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <bit>
 #include <cassert>
@@ -42,23 +44,58 @@ void PageGraph::add(uint32_t page, uint32_t number, const PageData& data)
     slot.open = false;
     slot.originCol = static_cast<uint8_t>(kPageIntervals * (node.x & 1U));
     slot.originRow = static_cast<uint8_t>(kPageIntervals * (node.y & 1U));
+    slot.depth = node.depth;
     slot.vertices.set(_shape, node, data);
-    slot.box = tileBox(_shape, {node.depth, node.x, node.y}, node.minHeightM, node.maxHeightM);
-    slot.texelM = 2.0 * std::max(slot.box.half.x, slot.box.half.y) / kPageIntervals;
-    slot.box.half += slot.vertices.largestRadiusM();
+    findLargest(slot, data);
     slot.parent = -1;
     slot.child.fill(-1);
     _slotOfPage[page] = static_cast<int32_t>(number);
-    if (page != 0) {
+    if (page == 0) {
+        _root = static_cast<int32_t>(number);
+        slot.box = boxOf(node);
+    } else {
         slot.parent = _slotOfPage[_parentOf[page]];
         assert(slot.parent >= 0);
-        _slots[static_cast<size_t>(slot.parent)].child[(node.y & 1U) * 2 + (node.x & 1U)] =
-            static_cast<int32_t>(number);
+        Slot& above = _slots[static_cast<size_t>(slot.parent)];
+        const size_t quadrant = (node.y & 1U) * 2 + (node.x & 1U);
+        above.child[quadrant] = static_cast<int32_t>(number);
+        above.below[quadrant].largestErrorM = slot.largestErrorM;
+        above.below[quadrant].largestRadiusM = slot.largestRadiusM;
+        slot.box = above.childBox[quadrant];
     }
-    for (const int32_t child : node.child) {
-        assert(child == kNoPage || _slotOfPage[static_cast<size_t>(child)] < 0);
-        (void)child;
+    slot.texelM = 2.0 * std::max(slot.box.half.x, slot.box.half.y) / kPageIntervals;
+    slot.box.half += slot.largestRadiusM;
+    for (size_t q = 0; q < node.child.size(); ++q) {
+        const int32_t child = node.child[q];
+        slot.below[q] = {};
+        slot.below[q].page = child;
+        if (child == kNoPage) {
+            continue;
+        }
+        assert(_slotOfPage[static_cast<size_t>(child)] < 0);
+        slot.childBox[q] = boxOf(_pages[static_cast<size_t>(child)]);
+        slot.below[q].centre = slot.childBox[q].centre;
+        slot.below[q].ballM = glm::length(slot.childBox[q].half);
     }
+}
+
+TileBox PageGraph::boxOf(const PageNode& node) const noexcept
+{
+    return tileBox(_shape, {node.depth, node.x, node.y}, node.minHeightM, node.maxHeightM);
+}
+
+void PageGraph::findLargest(Slot& slot, const PageData& data) noexcept
+{
+    uint8_t error = 0;
+    uint8_t radius = 0;
+    for (size_t i = 0; i < data.errorCode.size(); ++i) {
+        if (slot.depth == 0 || (i % kPagePosts | i / kPagePosts) % 2 != 0) {
+            error = std::max(error, data.errorCode[i]);
+            radius = std::max(radius, data.radiusCode[i]);
+        }
+    }
+    slot.largestErrorM = decodeM(error);
+    slot.largestRadiusM = decodeM(radius);
 }
 
 void PageGraph::remove(uint32_t number)
@@ -73,6 +110,7 @@ void PageGraph::remove(uint32_t number)
     }
     _slotOfPage[static_cast<size_t>(slot.page)] = -1;
     slot.page = kNoPage;
+    _root = _root == static_cast<int32_t>(number) ? -1 : _root;
 }
 
 int32_t PageGraph::pageAt(int depth, int64_t x, int64_t y) const noexcept
@@ -94,6 +132,7 @@ void PageGraph::open(int32_t number)
     assert(slot.page != kNoPage && !slot.open);
     assert(slot.parent < 0 || _slots[static_cast<size_t>(slot.parent)].open);
     slot.open = true;
+    ++_changes;
     const PageNode& page = node(number);
     for (size_t side = 0; side < 4; ++side) {
         const int32_t other =
@@ -117,6 +156,7 @@ void PageGraph::close(int32_t number)
     Slot& slot = _slots[static_cast<size_t>(number)];
     assert(slot.open);
     slot.open = false;
+    ++_changes;
     for (size_t side = 0; side < 4; ++side) {
         if (slot.beside[side] >= 0) {
             _slots[static_cast<size_t>(slot.beside[side])].beside[opposite(side)] = kClosed;
@@ -169,7 +209,7 @@ PageGraph::Place PageGraph::place(VertexId v) const noexcept
     p.col = post % kPagePosts;
     p.row = post / kPagePosts;
     p.spacing = 1;
-    if (_slots[static_cast<size_t>(p.slot)].parent < 0) {
+    if (p.slot == _root) {
         p.spacing = 1 << std::countr_zero(static_cast<unsigned>(p.col | p.row));
     }
     return p;

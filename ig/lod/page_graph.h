@@ -11,6 +11,7 @@
 #include "ig/lod/bintree_page.h"
 #include "ig/lod/bounds.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -32,16 +33,33 @@ public:
     static constexpr int32_t kClosed = -1;  // a page lies there, but is not open
     static constexpr int32_t kNothing = -2; // the grid has no page there
 
-    struct Slot {
+    // What tells of a child, resident or not, that a view does not need it: four of them are few cache lines,
+    // and most children are never looked at more closely.
+    struct Below {
+        glm::dvec3 centre{0.0}; // a ball round the child's box, ECEF, m
+        double ballM = 0;
+        // The largest among the vertices that the child introduces; known while it is resident.
+        double largestErrorM = 0;
+        double largestRadiusM = 0;
+        int32_t page = kNoPage;
+    };
+
+    // What is used together lies together: a frame's visit finds the caches cold.
+    struct alignas(64) Slot {
         int32_t page = kNoPage;
         int32_t parent = -1;                          // slot
         std::array<int32_t, 4> child{-1, -1, -1, -1}; // slots of resident children
         std::array<int32_t, 4> beside{};              // by PageSide: an open page's slot, kClosed or kNothing
         bool open = false;
         uint8_t originCol = 0, originRow = 0; // of its quadrant in the parent page: 0 or 64, in own posts
-        BintreePage vertices;
-        TileBox box;       // all posts below the page, widened by the largest ball that the page introduces
+        uint8_t depth = 0;
         double texelM = 0; // between posts, the larger axis
+        std::array<Below, 4> below;
+        TileBox box; // all posts below the page, widened by the largest ball that the page introduces
+        double largestErrorM = 0; // among the vertices that the page introduces
+        double largestRadiusM = 0;
+        BintreePage vertices;
+        std::array<TileBox, 4> childBox; // of all posts below each child
     };
 
     PageGraph(const TerrainShape& shape, std::span<const PageNode> pages, uint32_t slots);
@@ -60,8 +78,16 @@ public:
         return _pages[static_cast<size_t>(_slots[static_cast<size_t>(slot)].page)];
     }
     int32_t slotOf(int32_t page) const noexcept { return _slotOfPage[static_cast<size_t>(page)]; }
-    int32_t root() const noexcept { return _slotOfPage[0]; } // slot; -1 when not resident
+    int32_t root() const noexcept { return _root; } // slot; -1 when not resident
+    // Whether there are finer pages below, resident or not.
+    bool hasBelow(int32_t slot) const noexcept
+    {
+        const auto& below = _slots[static_cast<size_t>(slot)].below;
+        return std::any_of(below.begin(), below.end(), [](const Below& b) { return b.page != kNoPage; });
+    }
     uint32_t slots() const noexcept { return static_cast<uint32_t>(_slots.size()); }
+    // Another number whenever a page has been opened or closed: which vertices exist may have changed.
+    uint64_t changes() const noexcept { return _changes; }
 
     // A post that the page introduces; kNoVertex while it does not exist.
     VertexId introduced(int32_t slot, int col, int row) const noexcept;
@@ -87,6 +113,8 @@ public:
     size_t children(const Place& v, std::array<VertexId, 4>& out) const noexcept;
 
 private:
+    TileBox boxOf(const PageNode& node) const noexcept;
+    static void findLargest(Slot& slot, const PageData& data) noexcept;
     VertexId centreAcross(int32_t slot, int col, int row) const noexcept;
     int32_t pageAt(int depth, int64_t x, int64_t y) const noexcept;
 
@@ -95,6 +123,8 @@ private:
     std::vector<Slot> _slots;
     std::vector<int32_t> _slotOfPage;
     std::vector<uint32_t> _parentOf; // page
+    int32_t _root = -1;
+    uint64_t _changes = 0;
 };
 
 } // namespace ig::lod

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <cstddef>
 
 namespace ig::lod {
 
@@ -27,10 +29,12 @@ PageLists::PageLists(const PageGraph& graph, const VertexTree& tree, size_t expe
     : _graph(graph), _tree(tree), _pages(graph.slots())
 {
     for (size_t code = 0; code < _codeM.size(); ++code) {
-        _codeM[code] = static_cast<float>(decodeM(static_cast<uint8_t>(code)));
+        _codeM[code] = decodeM(static_cast<uint8_t>(code));
     }
     _drawn.reserve(graph.slots());
     _clusters.reserve(expected / (kClusterTriangles / 2));
+    _indices.reserve(expected / (kClusterTriangles / 2));
+    _visible.reserve(expected / (kClusterTriangles / 2));
 }
 
 void PageLists::update(std::span<const int32_t> drawn)
@@ -68,7 +72,7 @@ void PageLists::update(std::span<const int32_t> drawn)
     }
     for (const int32_t slot : _drawn) {
         Page& page = _pages[static_cast<size_t>(slot)];
-        const uint8_t halves = halvesOf(slot, 0, 0, kPageIntervals);
+        const uint8_t halves = halvesOfPage(slot, page);
         if (page.halves != halves) {
             page.halves = halves;
             page.dirty = kAllLists;
@@ -164,28 +168,46 @@ bool PageLists::isThere(int32_t slot, int col, int row) const
 
 PageLists::Corner PageLists::corner(int col, int row) const
 {
-    const BintreePage& vertices = _graph[_making.slot].vertices;
-    const auto post = static_cast<uint32_t>(row * kPagePosts + col);
-    const glm::vec3 place(vertices.position(post) - _making.middle);
+    const VertexId v = PageGraph::id(_making.slot, col, row);
+    const glm::vec3 place(_tree.position(v) - _making.middle);
     // The morph moves it by at most its error.
-    const float slackM = _codeM[vertices.errorCode(post)] +
+    const float slackM = static_cast<float>(_codeM[_tree.errorCode(v)]) +
                          kRoundingShare * (std::abs(place.x) + std::abs(place.y) + std::abs(place.z));
     return {col, row, place - slackM, place + slackM};
 }
 
-// The two triangles of a square of the bin-tree: bit 0 the eastern apex's, bit 1 the western one's. A
-// triangle is there when its apex is active, which made it. The hypotenuse is the diagonal from the corner
-// both of whose coordinates are odd multiples of the square's size.
+// Whether the hypotenuse of a square's two triangles runs from north-west to south-east: it is the diagonal
+// from the corner both of whose coordinates are odd multiples of the square's size.
+bool PageLists::falls(int32_t slot, int west, int north, int size) const
+{
+    const PageGraph::Slot& page = _graph[slot];
+    const bool oddCol = size == kPageIntervals ? page.originCol != 0 : (west / size & 1) != 0;
+    const bool oddRow = size == kPageIntervals ? page.originRow != 0 : (north / size & 1) != 0;
+    return oddCol == oddRow;
+}
+
+// The two triangles of a square of the bin-tree: bit 0 the eastern apex's, bit 1 the western one's; bit 2
+// says that it falls. A triangle is there when its apex is active, which made it.
 uint8_t PageLists::halvesOf(int32_t slot, int west, int north, int size) const
 {
-    const PageNode& node = _graph.node(slot);
-    const bool oddCol = size == kPageIntervals ? (node.x & 1U) != 0 : (west / size & 1) != 0;
-    const bool oddRow = size == kPageIntervals ? (node.y & 1U) != 0 : (north / size & 1) != 0;
-    const bool falling = oddCol == oddRow; // the diagonal runs from north-west to south-east
+    const bool falling = falls(slot, west, north, size);
     const int eastRow = falling ? north : north + size;
     const int westRow = falling ? north + size : north;
     return static_cast<uint8_t>((isThere(slot, west + size, eastRow) ? 1 : 0) |
                                 (isThere(slot, west, westRow) ? 2 : 0) | (falling ? 4 : 0));
+}
+
+// The same of a whole page, whose corners lie far up in the graph: they are looked for when it has changed.
+uint8_t PageLists::halvesOfPage(int32_t slot, Page& page) const
+{
+    const bool falling = falls(slot, 0, 0, kPageIntervals);
+    if (page.placed != _graph.changes()) {
+        page.placed = _graph.changes();
+        page.apex = {_graph.vertexAt(slot, kPageIntervals, falling ? 0 : kPageIntervals),
+                     _graph.vertexAt(slot, 0, falling ? kPageIntervals : 0)};
+    }
+    return static_cast<uint8_t>((_tree.isActive(page.apex[0]) ? 1 : 0) |
+                                (_tree.isActive(page.apex[1]) ? 2 : 0) | (falling ? 4 : 0));
 }
 
 void PageLists::free(uint32_t& first)
@@ -280,6 +302,7 @@ void PageLists::put(const Corner& apex, const Corner& left, const Corner& right)
         if (_freeCluster == kNone) {
             _freeCluster = static_cast<uint32_t>(_clusters.size());
             _clusters.emplace_back();
+            _indices.emplace_back();
         }
         const uint32_t fresh = _freeCluster;
         uint32_t& first = _pages[static_cast<size_t>(_making.slot)].first[_making.list];
@@ -293,7 +316,7 @@ void PageLists::put(const Corner& apex, const Corner& left, const Corner& right)
     Cluster& cluster = _clusters[_making.cluster];
     size_t at = size_t{3} * cluster.triangles++;
     for (const Corner* c : {&apex, &left, &right}) {
-        cluster.index[at++] = static_cast<uint16_t>(c->row * kPagePosts + c->col);
+        _indices[_making.cluster].of[at++] = static_cast<uint16_t>(c->row * kPagePosts + c->col);
         cluster.low = glm::min(cluster.low, c->low);
         cluster.high = glm::max(cluster.high, c->high);
     }
@@ -317,9 +340,9 @@ uint32_t PageLists::gather(int32_t slot, const glm::dvec3& eye, std::span<const 
             tested[count++] = {glm::vec3(normal), static_cast<float>(w + 1e-6 * std::abs(w) + 1e-3)};
         }
     }
-    uint32_t triangles = 0;
+    _visible.clear();
     for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
-        for (uint32_t at = first; at != kNone; at = _clusters[at].next) {
+        for (uint32_t at = first; at != kNone;) {
             const Cluster& cluster = _clusters[at];
             bool visible = true;
             for (size_t k = 0; visible && k < count; ++k) {
@@ -330,17 +353,83 @@ uint32_t PageLists::gather(int32_t slot, const glm::dvec3& eye, std::span<const 
                                    n.z * (n.z > 0 ? cluster.high.z : cluster.low.z) + tested[k].w;
                 visible = side >= 0.0F;
             }
-            if (!visible) {
-                continue;
+            if (visible) {
+                const auto* lines = reinterpret_cast<const std::byte*>(&_indices[at]);
+                __builtin_prefetch(lines);
+                __builtin_prefetch(lines + 64);
+                __builtin_prefetch(lines + 128);
+                _visible.push_back(at);
             }
-            triangles += cluster.triangles;
-            const size_t added = size_t{3} * cluster.triangles;
-            if (indices.size() + added <= capacity) {
-                indices.insert(indices.end(), cluster.index.begin(), cluster.index.begin() + added);
-            }
+            at = cluster.next;
+        }
+    }
+    uint32_t triangles = 0;
+    for (const uint32_t at : _visible) {
+        const uint32_t added = _clusters[at].triangles;
+        triangles += added;
+        if (indices.size() + size_t{3} * added <= capacity) {
+            const auto from = _indices[at].of.begin();
+            indices.insert(indices.end(), from, from + 3 * added);
         }
     }
     return triangles;
+}
+
+double PageLists::boundPx(int32_t slot, const Cut& cut, double px) const
+{
+    const glm::vec3 eye(cut.eye - _graph[slot].box.centre);
+    for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
+        for (uint32_t at = first; at != kNone; at = _clusters[at].next) {
+            const Cluster& cluster = _clusters[at];
+            const glm::vec3 off = glm::max(glm::max(cluster.low - eye, eye - cluster.high), glm::vec3(0.0F));
+            // Posts lie within the cut of the triangles; what floats leave of the distance.
+            const double nearestM = glm::length(off) * (1.0 - 1e-5) - 1e-2 - cut.cutM;
+            if (cut.alpha * cut.cutM <= px * std::max(nearestM, cut.nearM)) {
+                continue;
+            }
+            const Indices& indices = _indices[at];
+            for (size_t i = 0; i < size_t{3} * cluster.triangles; i += 3) {
+                px = std::max(px,
+                              trianglePx(slot, {indices.of[i], indices.of[i + 1], indices.of[i + 2]}, cut));
+            }
+        }
+    }
+    return px;
+}
+
+// Of one triangle of a page's lists, apex first. The vertex that would split it is not active.
+double PageLists::trianglePx(int32_t slot, const std::array<uint16_t, 3>& posts, const Cut& cut) const
+{
+    const auto vertexOf = [slot](int post) {
+        return PageGraph::id(slot, 0, 0) + static_cast<VertexId>(post);
+    };
+    const int col2 = posts[1] % kPagePosts + posts[2] % kPagePosts;
+    const int row2 = posts[1] / kPagePosts + posts[2] / kPagePosts;
+    const double apexM = _codeM[_tree.errorCode(vertexOf(posts[0]))];
+    // Posts are within offM of the triangle, or in a child's part of the page, whose vertices have less error
+    // than their parents here.
+    double offM = 0;
+    bool far = true;
+    if (((col2 | row2) & 1) == 0) {
+        const VertexId split = vertexOf(row2 / 2 * kPagePosts + col2 / 2);
+        offM = _codeM[_tree.errorCode(split)];
+        far = glm::length(_tree.position(split) - cut.eye) >=
+              cut.reach * offM + _codeM[_tree.radiusCode(split)];
+    } else if (_graph.hasBelow(slot)) {
+        offM = (1.0 - kMorphBand) * apexM;
+        far = false;
+    }
+    offM = std::min(offM, cut.cutM);
+    // The apex is on its way because of the cut: between its own place and one within its error.
+    const bool moving = apexM > cut.cutM && (1.0 - kMorphBand) * apexM < cut.cutM;
+    const double errorM = moving ? cut.cutM : far ? 0.0 : offM;
+    if (errorM <= 0.0) {
+        return 0.0;
+    }
+    const double distanceM =
+        distanceToTriangleM(cut.eye, _tree.position(vertexOf(posts[0])), _tree.position(vertexOf(posts[1])),
+                            _tree.position(vertexOf(posts[2])));
+    return cut.alpha * errorM / std::max(distanceM - offM, cut.nearM);
 }
 
 } // namespace ig::lod

@@ -26,6 +26,18 @@ public:
     void update(std::span<const int32_t> drawn);
     uint32_t made() const noexcept { return _made; } // lists, in the last update
 
+    // A bound of alpha error / distance over the drawn surface in view where it is not within the tolerance
+    // because the cut holds vertices back, or their parents on their way; at least `px`. Posts nearer than
+    // nearM count as there. See tree_selector.h for the proof.
+    struct Cut {
+        glm::dvec3 eye{0.0};
+        double alpha = 1;
+        double reach = 0; // kappa
+        double cutM = 0;
+        double nearM = 0;
+    };
+    double boundPx(int32_t slot, const Cut& cut, double px) const;
+
     // Appends the indices of a page's clusters that the frustum meets and returns their triangles; what would
     // make more than `capacity` indices is counted and left out. planes: those that the page is not wholly
     // inside of (Visibility::PlaneMask).
@@ -39,17 +51,22 @@ private:
     using ListMask = uint32_t;         // a bit per list
     static constexpr ListMask kAllLists = (1U << (kTop + 1)) - 1;
 
-    struct Cluster {
+    // Apart from its indices, which only those in view are asked for.
+    struct alignas(32) Cluster {
         glm::vec3 low{0.0F},
             high{0.0F}; // from the page's middle, ECEF axes, m: wherever the morph has corners
         uint32_t next = kNone;
-        uint16_t triangles = 0;
-        std::array<uint16_t, 3 * kClusterTriangles> index{};
+        uint32_t triangles = 0;
+    };
+    struct alignas(64) Indices {
+        std::array<uint16_t, 3 * kClusterTriangles> of;
     };
     struct Page {
         bool drawn = false, wasDrawn = false;
         uint8_t halves = 0; // which of the page's two triangles are there
         ListMask dirty = 0;
+        uint64_t placed = UINT64_MAX;         // PageGraph::changes() that the apexes are of
+        std::array<VertexId, 2> apex{};       // of the page's two triangles
         std::array<uint32_t, kTop + 1> first; // clusters of each list
         Page() { first.fill(kNone); }
     };
@@ -71,7 +88,10 @@ private:
     void markQuadrant(int32_t child);
     bool isThere(int32_t slot, int col, int row) const;
     Corner corner(int col, int row) const;
+    bool falls(int32_t slot, int west, int north, int size) const;
     uint8_t halvesOf(int32_t slot, int west, int north, int size) const;
+    uint8_t halvesOfPage(int32_t slot, Page& page) const;
+    double trianglePx(int32_t slot, const std::array<uint16_t, 3>& posts, const Cut& cut) const;
     void make(int32_t slot);
     void emitSquare(int west, int north, int size, unsigned halves);
     void emit(const Corner& apex, const Corner& left, const Corner& right, int level);
@@ -80,10 +100,12 @@ private:
 
     const PageGraph& _graph;
     const VertexTree& _tree;
-    std::array<float, 256> _codeM{};
+    std::array<double, 256> _codeM{};
     std::vector<Page> _pages; // by slot
     std::vector<int32_t> _drawn;
     std::vector<Cluster> _clusters;
+    std::vector<Indices> _indices;          // of the clusters
+    mutable std::vector<uint32_t> _visible; // scratch of gather()
     uint32_t _freeCluster = kNone;
     uint32_t _made = 0;
     Making _making;

@@ -41,6 +41,8 @@ constexpr double kSettledShare = 0.9;
 constexpr int kTrials = 32;
 // Finer is nothing: a thousandth of a pixel.
 constexpr double kFinestPx = 1e-3;
+// A box that grows by one on every side has corners that move by no more than this.
+constexpr double kDiagonal = 1.7320508075688773;
 
 } // namespace
 
@@ -49,7 +51,7 @@ TreeSelector::TreeSelector(const TerrainShape& shape, std::span<const PageNode> 
     : _shape(shape), _pages(pages), _settings(settings), _budget(settings.triangleBudget),
       _graph(shape, pages, slots),
       _tree(_graph, settings.cullVertices, kExpectedPerTriangle * settings.triangleBudget),
-      _lists(_graph, _tree, kExpectedPerTriangle * settings.triangleBudget), _visitOf(slots, -1)
+      _lists(_graph, _tree, kExpectedPerTriangle * settings.triangleBudget)
 {
     assert(settings.triangleBudget >= kSmallestTreeBudget);
     _visits.reserve(slots);
@@ -68,6 +70,7 @@ void TreeSelector::setTriangleBudget(uint32_t triangles)
 void TreeSelector::addPage(uint32_t page, uint32_t slot, const PageData& data)
 {
     _graph.add(page, slot, data);
+    _tree.addPage(slot, data);
 }
 
 void TreeSelector::removePage(uint32_t, uint32_t slot)
@@ -205,8 +208,8 @@ void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& sta
     _missingPx = 0;
     stats.tilesMissing = 0;
     const Visibility visibility(view, _shape.ellipsoid, _pages[0].minHeightM);
-    const double nearM = view.frustum.nearM;
-    Visit root{_graph.root(), Visibility::kAllPlanes, true, true, false, 0.0};
+    const int32_t rootSlot = _graph.root();
+    Visit root{rootSlot, _graph[rootSlot].page, -1, Visibility::kAllPlanes, true, true, false, 0.0};
     ++stats.tilesVisited;
     if (!visibility.sees(_graph[root.slot].box, root.planes)) {
         return;
@@ -214,33 +217,54 @@ void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& sta
     root.distanceM = distanceM(_graph[root.slot].box, view.eye);
     _visits.push_back(root);
     for (size_t i = 0; i < _visits.size(); ++i) {
-        const Visit parent = _visits[i];
-        const PageGraph::Slot& slot = _graph[parent.slot];
-        if (parent.open) {
-            _open.push_back(parent.slot);
+        if (_visits[i].open) {
+            _open.push_back(_visits[i].slot);
         }
-        for (size_t q = 0; q < 4; ++q) {
-            const int32_t page = _pages[static_cast<size_t>(slot.page)].child[q];
-            if (page == kNoPage) {
-                continue;
-            }
-            if (slot.child[q] < 0) {
-                visitMissing(parent, q, view, reach, visibility, stats);
-                continue;
-            }
-            const PageGraph::Slot& child = _graph[slot.child[q]];
-            Visit visit{slot.child[q], parent.planes, false, false, false, distanceM(child.box, view.eye)};
-            // A little more, so that rounding cannot close a page that has an active vertex.
-            const double reachM = reach * child.vertices.largestErrorM() + child.vertices.largestRadiusM();
-            visit.open = parent.open && reachM * (1.0 + 1e-9) + 1e-3 > visit.distanceM;
-            visit.textured = _alpha * slot.texelM > _settings.texelPx * std::max(visit.distanceM, nearM);
-            if (!visit.open && !visit.textured) {
-                continue;
-            }
-            ++stats.tilesVisited;
-            if (visibility.sees(child.box, visit.planes)) {
-                _visits.push_back(visit);
-            }
+        visitBelow(static_cast<int32_t>(i), view, reach, visibility, stats);
+    }
+}
+
+// The children of a page that is visited.
+void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double reach,
+                              const Visibility& visibility, LodStats& stats)
+{
+    const Visit parent = _visits[static_cast<size_t>(parentIndex)];
+    const PageGraph::Slot& slot = _graph[parent.slot];
+    const double nearM = view.frustum.nearM;
+    const double texelledM = _alpha * slot.texelM / _settings.texelPx; // nearer, finer texels are needed
+    for (size_t q = 0; q < 4; ++q) {
+        const PageGraph::Below& below = slot.below[q];
+        if (below.page == kNoPage) {
+            continue;
+        }
+        const bool resident = slot.child[q] >= 0;
+        // What its ball says, which holds the box: most pages need not be looked at more closely.
+        const double errorM = resident ? below.largestErrorM : (1.0 - kMorphBand) * slot.largestErrorM;
+        const double radiusM = resident ? below.largestRadiusM : slot.largestRadiusM;
+        const double reachM = reach * errorM + radiusM;
+        const double toCentreM = glm::length(below.centre - view.eye.m);
+        const double nearestM = toCentreM * (1.0 - 1e-9) - below.ballM - kDiagonal * radiusM - 1e-3;
+        const double soonM = resident ? texelledM : texelledM / kAheadShare;
+        if (!(parent.open && reachM * (1.0 + 1e-9) + 1e-3 > nearestM) &&
+            soonM * (1.0 + 1e-9) < std::max(nearestM, nearM)) {
+            continue;
+        }
+        if (!resident) {
+            visitMissing(parent, q, view, reach, visibility, stats);
+            continue;
+        }
+        const PageGraph::Slot& child = _graph[slot.child[q]];
+        Visit visit{slot.child[q], below.page, parentIndex, parent.planes,
+                    false,         false,      false,       distanceM(child.box, view.eye)};
+        // A little more, so that rounding cannot close a page that has an active vertex.
+        visit.open = parent.open && reachM * (1.0 + 1e-9) + 1e-3 > visit.distanceM;
+        visit.textured = _alpha * slot.texelM > _settings.texelPx * std::max(visit.distanceM, nearM);
+        if (!visit.open && !visit.textured) {
+            continue;
+        }
+        ++stats.tilesVisited;
+        if (visibility.sees(child.box, visit.planes)) {
+            _visits.push_back(visit);
         }
     }
 }
@@ -250,14 +274,13 @@ void TreeSelector::visitMissing(const Visit& parent, size_t quadrant, const View
                                 const Visibility& visibility, LodStats& stats)
 {
     const PageGraph::Slot& above = _graph[parent.slot];
-    const int32_t page = _pages[static_cast<size_t>(above.page)].child[quadrant];
-    const PageNode& node = _pages[static_cast<size_t>(page)];
-    TileBox box = tileBox(_shape, {node.depth, node.x, node.y}, node.minHeightM, node.maxHeightM);
-    box.half += above.vertices.largestRadiusM();
+    const int32_t page = above.below[quadrant].page;
+    TileBox box = above.childBox[quadrant];
+    box.half += above.largestRadiusM;
     const double distance = distanceM(box, view.eye);
     // Its vertices have at most their parents' errors and balls.
-    const double errorM = (1.0 - kMorphBand) * above.vertices.largestErrorM();
-    const bool lacksVertices = parent.open && reach * errorM + above.vertices.largestRadiusM() > distance;
+    const double errorM = (1.0 - kMorphBand) * above.largestErrorM;
+    const bool lacksVertices = parent.open && reach * errorM + above.largestRadiusM > distance;
     const double texelPx = _alpha * above.texelM / std::max(distance, view.frustum.nearM);
     Visibility::PlaneMask planes = parent.planes;
     const bool needed = lacksVertices || texelPx > _settings.texelPx;
@@ -273,7 +296,7 @@ void TreeSelector::visitMissing(const Visit& parent, size_t quadrant, const View
     ++stats.tilesMissing;
     double urgency = texelPx / _settings.texelPx;
     if (lacksVertices) {
-        const double px = missingPx(parent, quadrant, view);
+        const double px = missingPx(parent, quadrant, view, distanceM(above.childBox[quadrant], view.eye));
         _missingPx = std::max(_missingPx, px);
         urgency = std::max(urgency, px * reach / _alpha);
     }
@@ -283,10 +306,11 @@ void TreeSelector::visitMissing(const Visit& parent, size_t quadrant, const View
 }
 
 // Largest projected error of the vertices that a missing page would introduce: less than that of their
-// parents, the edge vertices of the page above.
-double TreeSelector::missingPx(const Visit& parent, size_t quadrant, const ViewState& view) const
+// parents, the edge vertices of the page above. distanceM: from the eye to the page's posts, at least.
+double TreeSelector::missingPx(const Visit& parent, size_t quadrant, const ViewState& view,
+                               double distanceM) const
 {
-    const BintreePage& page = _graph[parent.slot].vertices;
+    const VertexId first = PageGraph::id(parent.slot, 0, 0);
     constexpr uint32_t kHalf = kPageIntervals / 2;
     const uint32_t west = quadrant % 2 * kHalf;
     const uint32_t north = static_cast<uint32_t>(quadrant / 2) * kHalf;
@@ -294,14 +318,14 @@ double TreeSelector::missingPx(const Visit& parent, size_t quadrant, const ViewS
     for (uint32_t row = north; row <= north + kHalf; ++row) {
         for (uint32_t col = west + (row + 1) % 2; col <= west + kHalf; col += 2) {
             const uint32_t post = row * kPagePosts + col;
-            const double radiusM = decodeM(page.radiusCode(post));
-            const glm::dvec3 ray = page.position(post) - view.eye.m;
+            const double radiusM = decodeM(_tree.radiusCode(first + post));
+            const glm::dvec3 ray = _tree.position(first + post) - view.eye.m;
             const bool outside = std::any_of(_planes.begin(), _planes.end(), [&](const glm::dvec4& plane) {
                 return glm::dot(glm::dvec3(plane), ray) + plane.w < -radiusM;
             });
             if (!outside) {
-                const double distance = std::max(glm::length(ray) - radiusM, view.frustum.nearM);
-                worst = std::max(worst, _alpha * decodeM(page.errorCode(post)) / distance);
+                const double nearestM = std::max({glm::length(ray) - radiusM, distanceM, view.frustum.nearM});
+                worst = std::max(worst, _alpha * decodeM(_tree.errorCode(first + post)) / nearestM);
             }
         }
     }
@@ -313,11 +337,8 @@ void TreeSelector::choosePages()
 {
     _drawn.clear();
     for (Visit& visit : _visits) {
-        _visitOf[static_cast<size_t>(visit.slot)] = static_cast<int32_t>(&visit - _visits.data());
-        const int32_t parent = _graph[visit.slot].parent;
-        visit.drawn =
-            parent < 0 || (_visits[static_cast<size_t>(_visitOf[static_cast<size_t>(parent)])].drawn &&
-                           (visit.textured || _tree.activeCount(visit.slot) > 0));
+        visit.drawn = visit.parent < 0 || (_visits[static_cast<size_t>(visit.parent)].drawn &&
+                                           (visit.textured || _tree.activeCount(visit.slot) > 0));
         if (visit.drawn) {
             _drawn.push_back(visit.slot);
         }
@@ -348,8 +369,8 @@ uint32_t TreeSelector::gatherLists(const ViewState& view, DrawList& out)
             _lists.gather(visit.slot, view.eye.m, _planes, visit.planes, size_t{3} * _budget, out.indices);
         const auto count = static_cast<uint32_t>(out.indices.size()) - first;
         if (count > 0) {
-            out.lists.push_back({static_cast<uint32_t>(_graph[visit.slot].page), first, count,
-                                 static_cast<float>(visit.distanceM)});
+            out.lists.push_back(
+                {static_cast<uint32_t>(visit.page), first, count, static_cast<float>(visit.distanceM)});
         }
     }
     return triangles;
@@ -358,7 +379,7 @@ uint32_t TreeSelector::gatherLists(const ViewState& view, DrawList& out)
 void TreeSelector::finish(const ViewState& view, DrawList& out)
 {
     for (size_t i = _visits.size(); i-- > 0;) {
-        out.usedPages.push_back(static_cast<uint32_t>(_graph[_visits[i].slot].page));
+        out.usedPages.push_back(static_cast<uint32_t>(_visits[i].page));
     }
     std::sort(_wanted.begin(), _wanted.end(), [](const Wanted& a, const Wanted& b) {
         return a.urgency != b.urgency ? a.urgency > b.urgency : a.page < b.page;
@@ -372,9 +393,23 @@ void TreeSelector::finish(const ViewState& view, DrawList& out)
     assert(out.stats.triangles <= _budget);
     const double nearM = view.frustum.nearM;
     const double tauPx =
-        _reach > 0.0 ? _alpha / _reach : _alpha * _graph[_graph.root()].vertices.largestErrorM() / nearM;
+        _reach > 0.0 ? _alpha / _reach : _alpha * _graph[_graph.root()].largestErrorM / nearM;
     out.stats.tauPx = static_cast<float>(std::min(tauPx, 1e30));
-    out.stats.errorPx = boundPx(view, std::max({tauPx, _missingPx, _tree.heldBackPx(_alpha, nearM)}));
+    out.stats.errorPx = boundPx(view, cutPx(view, std::max(tauPx, _missingPx)));
+}
+
+// The bound with what the cut leaves out: see the header.
+double TreeSelector::cutPx(const ViewState& view, double px) const
+{
+    const PageLists::Cut cut{view.eye.m, _alpha, _reach, _cutM, view.frustum.nearM};
+    for (const int32_t i : _order) { // drawn, nearest first
+        const Visit& visit = _visits[static_cast<size_t>(i)];
+        if (cut.alpha * cut.cutM <= px * (visit.distanceM - cut.cutM)) {
+            break;
+        }
+        px = _lists.boundPx(visit.slot, cut, px);
+    }
+    return px;
 }
 
 // From alpha delta / distance to pixels anywhere in the picture: at an angle theta from its middle a

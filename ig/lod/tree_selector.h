@@ -21,7 +21,11 @@
 // eye: its projected error is at most alpha / kappa = tau at every weight.
 //
 // Speed. cut = max(near, kMorphFrames V / b) / kappa for V metres a frame: what the eye would pass before it
-// has been morphed in over that many frames is held back. Its error is in the bound that is stated.
+// has been morphed in over that many frames is held back. A triangle that is drawn because the vertex that
+// would split it is held back is off by at most that vertex's delta <= cut; one whose apex is on its way
+// because of the cut alone, by at most delta (1 - w b) = cut. So beyond cut / tau of the eye, in pixels
+// alpha cut / tau metres, all is within tau; nearer than that, the bound is taken from such triangles one by
+// one: the error over the distance of the eye to the triangle, less what its posts may be off.
 //
 // Budget. tau follows the triangles in view: it moves slowly while the eye moves, stands still with it, and
 // is made larger at once, in the same frame, when the view would need more than the budget. After a jump it
@@ -69,6 +73,8 @@ private:
     // A page that the view may need, and why.
     struct Visit {
         int32_t slot;
+        int32_t page;
+        int32_t parent;               // index in _visits; -1 of the root
         Visibility::PlaneMask planes; // that it is not wholly inside of
         bool open;                    // its vertices may be wanted
         bool textured;                // its texels are
@@ -92,9 +98,12 @@ private:
     uint32_t refine(const ViewState& view, double reach, double turnRad, bool everything, DrawList& out);
     double cutFor(const ViewState& view, double reach) const noexcept;
     void visitPages(const ViewState& view, double reach, LodStats& stats);
+    void visitBelow(int32_t parent, const ViewState& view, double reach, const Visibility& visibility,
+                    LodStats& stats);
     void visitMissing(const Visit& parent, size_t quadrant, const ViewState& view, double reach,
                       const Visibility& visibility, LodStats& stats);
-    double missingPx(const Visit& parent, size_t quadrant, const ViewState& view) const;
+    double missingPx(const Visit& parent, size_t quadrant, const ViewState& view, double distanceM) const;
+    double cutPx(const ViewState& view, double px) const;
     void choosePages();
     uint32_t gatherLists(const ViewState& view, DrawList& out);
     void finish(const ViewState& view, DrawList& out);
@@ -120,7 +129,6 @@ private:
     std::array<glm::dvec4, 5> _planes{};
     // Scratch.
     std::vector<Visit> _visits;
-    std::vector<int32_t> _visitOf; // by slot: index in _visits, or -1
     std::vector<int32_t> _open, _drawn, _order;
     std::vector<Wanted> _wanted;
     std::vector<uint32_t> _ahead;

@@ -27,7 +27,7 @@ constexpr double kForever = std::numeric_limits<double>::infinity();
 } // namespace
 
 VertexTree::VertexTree(PageGraph& graph, bool cullVertices, size_t expected)
-    : _graph(graph), _cullVertices(cullVertices), _state(size_t{graph.slots()} * kPagePostTotal),
+    : _graph(graph), _cullVertices(cullVertices), _vertex(size_t{graph.slots()} * kPagePostTotal),
       _activeCount(graph.slots(), 0), _keep(graph.slots(), 0)
 {
     for (size_t code = 0; code < _codeM.size(); ++code) {
@@ -36,21 +36,32 @@ VertexTree::VertexTree(PageGraph& graph, bool cullVertices, size_t expected)
     _bucket.fill(kNoChunk);
     _chunks.reserve(kBuckets + expected / 4);
     _changed.reserve(expected);
-    _held.reserve(expected);
     _open.reserve(graph.slots());
     _sorted.reserve(graph.slots());
+    _given.reserve(graph.slots());
+}
+
+void VertexTree::addPage(uint32_t slot, const PageData& data)
+{
+    const VertexId first = PageGraph::id(static_cast<int32_t>(slot), 0, 0);
+    for (uint32_t post = 0; post < kPagePostTotal; ++post) {
+        Vertex& vertex = _vertex[first + post];
+        vertex = {data.height[post], data.errorCode[post], data.radiusCode[post], 0, vertex.version};
+    }
 }
 
 void VertexTree::clear()
 {
     for (const int32_t slot : _open) {
-        const auto first = _state.begin() + static_cast<std::ptrdiff_t>(PageGraph::id(slot, 0, 0));
-        std::fill_n(first, kPagePostTotal, State{});
+        const VertexId first = PageGraph::id(slot, 0, 0);
+        for (uint32_t post = 0; post < kPagePostTotal; ++post) {
+            _vertex[first + post].flags = 0;
+        }
         _activeCount[static_cast<size_t>(slot)] = 0;
         _graph.close(slot);
     }
     _open.clear();
-    _held.clear();
+    _given.clear();
     _bucket.fill(kNoChunk);
     _chunks.clear();
     _freeChunk = kNoChunk;
@@ -78,15 +89,19 @@ void VertexTree::update(const Criteria& criteria, double turnRad, std::span<cons
         _reachM[code] = criteria.reach * _codeM[code];
     }
 
+    if (!_startedOver && std::ranges::equal(openSlots, _given)) {
+        lookAgain(oldCutM);
+        return;
+    }
+    _given.assign(openSlots.begin(), openSlots.end());
     std::fill(_keep.begin(), _keep.end(), uint8_t{0});
     _sorted.assign(openSlots.begin(), openSlots.end());
     for (const int32_t slot : _sorted) {
         _keep[static_cast<size_t>(slot)] = 1;
     }
-    const auto depthOf = [this](int32_t slot) { return _graph.node(slot).depth; };
     // Not stable sorts, which allocate.
-    std::sort(_open.begin(), _open.end(), [&](int32_t a, int32_t b) {
-        return depthOf(a) != depthOf(b) ? depthOf(a) > depthOf(b) : a < b;
+    std::sort(_open.begin(), _open.end(), [this](int32_t a, int32_t b) {
+        return _graph[a].depth != _graph[b].depth ? _graph[a].depth > _graph[b].depth : a < b;
     });
     for (const int32_t slot : _open) {
         if (_keep[static_cast<size_t>(slot)] == 0) {
@@ -95,19 +110,25 @@ void VertexTree::update(const Criteria& criteria, double turnRad, std::span<cons
     }
     std::erase_if(_open, [this](int32_t slot) { return !_graph[slot].open; });
     if (!_startedOver) {
-        if (criteria.cutM != oldCutM) {
-            cutMoved(oldCutM, criteria.cutM);
-        }
-        takeDue();
+        lookAgain(oldCutM);
     }
-    std::sort(_sorted.begin(), _sorted.end(), [&](int32_t a, int32_t b) {
-        return depthOf(a) != depthOf(b) ? depthOf(a) < depthOf(b) : a < b;
+    std::sort(_sorted.begin(), _sorted.end(), [this](int32_t a, int32_t b) {
+        return _graph[a].depth != _graph[b].depth ? _graph[a].depth < _graph[b].depth : a < b;
     });
     for (const int32_t slot : _sorted) {
         if (!_graph[slot].open) {
             openPage(slot);
         }
     }
+}
+
+// At the vertices for which the answer may be another one now.
+void VertexTree::lookAgain(double oldCutM)
+{
+    if (_criteria.cutM != oldCutM) {
+        cutMoved(oldCutM, _criteria.cutM);
+    }
+    takeDue();
 }
 
 void VertexTree::advance(const Criteria& criteria, double turnRad)
@@ -126,7 +147,7 @@ void VertexTree::openPage(int32_t slot)
     if (slot == _graph.root()) {
         for (const int row : {0, kPageIntervals}) {
             for (const int col : {0, kPageIntervals}) {
-                _state[PageGraph::id(slot, col, row)].flags = kActive; // the grid's corners are always there
+                _vertex[PageGraph::id(slot, col, row)].flags = kActive; // the grid's corners are always there
             }
         }
         consider(PageGraph::id(slot, kPageIntervals / 2, kPageIntervals / 2));
@@ -142,7 +163,7 @@ void VertexTree::openPage(int32_t slot)
 void VertexTree::closePage(int32_t slot)
 {
     const auto drop = [this](VertexId v) {
-        if (v != kNoVertex && (_state[v].flags & kEnabled) != 0) {
+        if (v != kNoVertex && (_vertex[v].flags & kEnabled) != 0) {
             disable(v);
         }
     };
@@ -152,10 +173,10 @@ void VertexTree::closePage(int32_t slot)
     }
     const VertexId first = PageGraph::id(slot, 0, 0);
     for (VertexId v = first; v < first + kPagePostTotal; ++v) {
-        if ((_state[v].flags & kEnabled) != 0) {
+        if ((_vertex[v].flags & kEnabled) != 0) {
             disable(v);
         }
-        _state[v].flags = static_cast<uint8_t>(_state[v].flags & kListed);
+        _vertex[v].flags = 0;
     }
     assert(slot == _graph.root() || _activeCount[static_cast<size_t>(slot)] == 0);
     _graph.close(slot);
@@ -174,12 +195,20 @@ void VertexTree::cutMoved(double fromM, double toM)
     if (!any) {
         return;
     }
+    double largestM = 0;
+    for (size_t code = 1; code < crossed.size(); ++code) {
+        largestM = crossed[code] ? _codeM[code] : largestM;
+    }
     for (const int32_t slot : _open) {
+        // Only those near enough to be wanted matter, and the box holds the page's balls.
+        const double withinM = _criteria.reach * largestM * (1.0 + 1e-9) + 1e-3;
+        if (distanceM(_graph[slot].box, {_criteria.eye}) > withinM) {
+            continue;
+        }
         const VertexId first = PageGraph::id(slot, 0, 0);
-        const BintreePage& page = _graph[slot].vertices;
-        for (uint32_t post = 0; post < kPagePostTotal; ++post) {
-            if ((_state[first + post].flags & kEnabled) != 0 && crossed[page.errorCode(post)]) {
-                evaluate(first + post);
+        for (VertexId v = first; v < first + kPagePostTotal; ++v) {
+            if ((_vertex[v].flags & kEnabled) != 0 && crossed[_vertex[v].errorCode]) {
+                evaluate(v);
             }
         }
     }
@@ -193,12 +222,16 @@ void VertexTree::takeDue()
     const uint64_t first = _taken;
     const uint64_t count = std::min<uint64_t>(last - first + 1, kBuckets);
     for (uint64_t i = 0; i < count; ++i) {
-        takeBucket((first + i) & (kBuckets - 1));
+        // Of the current tick only what is due by now, unless the whole ring is.
+        const bool partly = i + 1 == count && count < kBuckets;
+        const auto part = static_cast<uint8_t>((_now - static_cast<double>(last)) * 256.0);
+        takeBucket((first + i) & (kBuckets - 1), partly ? part : UINT8_MAX);
     }
     _taken = last;
 }
 
-void VertexTree::takeBucket(size_t bucket)
+// lastPart: what is due later in the tick stays.
+void VertexTree::takeBucket(size_t bucket, uint8_t lastPart)
 {
     uint32_t at = _bucket[bucket];
     _bucket[bucket] = kNoChunk;
@@ -206,13 +239,15 @@ void VertexTree::takeBucket(size_t bucket)
         const Chunk chunk = _chunks[at]; // new entries may move the chunks
         _chunks[at].next = _freeChunk;
         _freeChunk = at;
-        for (uint32_t i = 0; i < chunk.count; ++i) {
-            const Due& due = chunk.due[i];
-            if (due.tick > _now) { // later in this tick
-                put(bucket, due);
-            } else if (due.version == _state[due.vertex].version &&
-                       (_state[due.vertex].flags & kEnabled) != 0) {
-                evaluate(due.vertex);
+        for (uint8_t i = 0; i < chunk.count; ++i) {
+            __builtin_prefetch(&_vertex[chunk.vertex[i]]);
+        }
+        for (uint8_t i = 0; i < chunk.count; ++i) {
+            const VertexId v = chunk.vertex[i];
+            if (chunk.part[i] > lastPart) {
+                put(bucket, {v, chunk.part[i], chunk.version[i]});
+            } else if (chunk.version[i] == _vertex[v].version && (_vertex[v].flags & kEnabled) != 0) {
+                evaluate(v);
             }
         }
         at = chunk.next;
@@ -224,7 +259,7 @@ void VertexTree::consider(VertexId v)
 {
     const auto parents = _graph.parents(_graph.place(v));
     if (isActive(parents[0]) && isActive(parents[1])) {
-        _state[v].flags |= kEnabled;
+        _vertex[v].flags |= kEnabled;
         evaluate(v);
     }
 }
@@ -232,14 +267,12 @@ void VertexTree::consider(VertexId v)
 void VertexTree::evaluate(VertexId v)
 {
     ++_evaluated;
-    const BintreePage& page = _graph[static_cast<int32_t>(v / kPagePostTotal)].vertices;
-    const uint32_t post = v % kPagePostTotal;
-    const uint8_t code = page.errorCode(post);
+    const uint8_t code = _vertex[v].errorCode;
     if (code == 0) {
         return; // never wanted
     }
-    const double radiusM = _codeM[page.radiusCode(post)];
-    const glm::dvec3 ray = page.position(post) - _criteria.eye;
+    const double radiusM = _codeM[_vertex[v].radiusCode];
+    const glm::dvec3 ray = position(v) - _criteria.eye;
     const double distanceM = std::sqrt(glm::dot(ray, ray));
     const double withinM = _reachM[code] + radiusM;
     const double roundingM = kRoundingM + kRoundingShare * distanceM;
@@ -266,17 +299,8 @@ void VertexTree::evaluate(VertexId v)
         }
     }
     schedule(v, ticks);
-    const bool wanted = near && visible;
-    const bool held = wanted && !(_codeM[code] > _criteria.cutM);
-    if (held != ((_state[v].flags & kHeld) != 0)) {
-        _state[v].flags ^= kHeld;
-        if ((_state[v].flags & (kHeld | kListed)) == kHeld) {
-            _state[v].flags |= kListed;
-            _held.push_back(v);
-        }
-    }
-    const bool active = wanted && !held;
-    if (active != ((_state[v].flags & kActive) != 0)) {
+    const bool active = near && visible && _codeM[code] > _criteria.cutM;
+    if (active != ((_vertex[v].flags & kActive) != 0)) {
         if (active) {
             activate(v);
         } else {
@@ -294,7 +318,7 @@ void VertexTree::noteChange(VertexId v)
 
 void VertexTree::activate(VertexId v)
 {
-    _state[v].flags |= kActive;
+    _vertex[v].flags |= kActive;
     ++_activeCount[v / kPagePostTotal];
     noteChange(v);
     std::array<VertexId, 4> children{};
@@ -306,13 +330,13 @@ void VertexTree::activate(VertexId v)
 
 void VertexTree::deactivate(VertexId v)
 {
-    _state[v].flags = static_cast<uint8_t>(_state[v].flags & ~kActive);
+    _vertex[v].flags = static_cast<uint8_t>(_vertex[v].flags & ~kActive);
     --_activeCount[v / kPagePostTotal];
     noteChange(v);
     std::array<VertexId, 4> children{};
     const size_t count = _graph.children(_graph.place(v), children);
     for (size_t i = 0; i < count; ++i) {
-        if ((_state[children[i]].flags & kEnabled) != 0) {
+        if ((_vertex[children[i]].flags & kEnabled) != 0) {
             disable(children[i]);
         }
     }
@@ -321,28 +345,30 @@ void VertexTree::deactivate(VertexId v)
 // A parent has gone.
 void VertexTree::disable(VertexId v)
 {
-    _state[v].flags = static_cast<uint8_t>(_state[v].flags & ~(kEnabled | kHeld));
-    if ((_state[v].flags & kActive) != 0) {
+    _vertex[v].flags = static_cast<uint8_t>(_vertex[v].flags & ~kEnabled);
+    if ((_vertex[v].flags & kActive) != 0) {
         deactivate(v);
     }
 }
 
 void VertexTree::schedule(VertexId v, double ticks)
 {
-    const uint8_t version = ++_state[v].version;
+    const uint8_t version = ++_vertex[v].version;
     // The ring's length bounds how long anybody can wait. Those who could wait longer are spread over its
     // second half, so that they do not all come back at once.
     constexpr uint32_t kHalf = kBuckets / 2;
     const uint32_t scattered = v * 2654435761U; // Knuth's multiplicative hash
     const double longest = kHalf + scattered % (kHalf - 2);
     const double tick = _now + std::clamp(ticks, 0.0, longest);
-    put(static_cast<uint64_t>(tick) & (kBuckets - 1), {tick, v, version});
+    const auto whole = static_cast<uint64_t>(tick);
+    put(whole & (kBuckets - 1),
+        {v, static_cast<uint8_t>((tick - static_cast<double>(whole)) * 256.0), version});
 }
 
 void VertexTree::put(size_t bucket, const Due& due)
 {
     uint32_t at = _bucket[bucket];
-    if (at == kNoChunk || _chunks[at].count == _chunks[at].due.size()) {
+    if (at == kNoChunk || _chunks[at].count == Chunk::kCapacity) {
         if (_freeChunk == kNoChunk) {
             _freeChunk = static_cast<uint32_t>(_chunks.size());
             _chunks.emplace_back();
@@ -353,31 +379,11 @@ void VertexTree::put(size_t bucket, const Due& due)
         _chunks[at].count = 0;
         _bucket[bucket] = at;
     }
-    _chunks[at].due[_chunks[at].count++] = due;
-}
-
-double VertexTree::heldBackPx(double alpha, double nearM)
-{
-    double worst = 0;
-    std::erase_if(_held, [&](VertexId v) {
-        if ((_state[v].flags & kHeld) == 0) {
-            _state[v].flags = static_cast<uint8_t>(_state[v].flags & ~kListed);
-            return true;
-        }
-        const BintreePage& page = _graph[static_cast<int32_t>(v / kPagePostTotal)].vertices;
-        const uint32_t post = v % kPagePostTotal;
-        const double radiusM = _codeM[page.radiusCode(post)];
-        const glm::dvec3 ray = page.position(post) - _criteria.eye;
-        for (const glm::dvec4& plane : _criteria.planes) {
-            if (glm::dot(glm::dvec3(plane), ray) + plane.w < -radiusM) {
-                return false;
-            }
-        }
-        const double distanceM = std::max(std::sqrt(glm::dot(ray, ray)) - radiusM, nearM);
-        worst = std::max(worst, alpha * _codeM[page.errorCode(post)] / distanceM);
-        return false;
-    });
-    return worst;
+    Chunk& chunk = _chunks[at];
+    chunk.vertex[chunk.count] = due.vertex;
+    chunk.part[chunk.count] = due.part;
+    chunk.version[chunk.count] = due.version;
+    ++chunk.count;
 }
 
 } // namespace ig::lod

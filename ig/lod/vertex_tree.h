@@ -42,6 +42,9 @@ public:
     // is taken for at once; there may be more.
     VertexTree(PageGraph& graph, bool cullVertices, size_t expected);
 
+    // The page that has been added to the graph.
+    void addPage(uint32_t slot, const PageData& data);
+
     // Makes the active set that of these criteria and of the open pages (given as slots; any order). turnRad:
     // the angle between the last frustum and this one, which is the same but for its attitude.
     // everything: looks at each vertex again, whatever its live range says.
@@ -50,7 +53,15 @@ public:
 
     bool isActive(VertexId v) const noexcept
     {
-        return v == kBeyondGrid || (v != kNoVertex && (_state[v].flags & kActive) != 0);
+        return v == kBeyondGrid || (v != kNoVertex && (_vertex[v].flags & kActive) != 0);
+    }
+    // What a resident page says of any of its posts, whoever introduces it.
+    uint8_t errorCode(VertexId v) const noexcept { return _vertex[v].errorCode; }
+    uint8_t radiusCode(VertexId v) const noexcept { return _vertex[v].radiusCode; }
+    glm::dvec3 position(VertexId v) const noexcept
+    {
+        return _graph[static_cast<int32_t>(v / kPagePostTotal)].vertices.position(v % kPagePostTotal,
+                                                                                  _vertex[v].height);
     }
     uint32_t activeCount(int32_t slot) const noexcept { return _activeCount[static_cast<size_t>(slot)]; }
 
@@ -60,36 +71,41 @@ public:
     bool startedOver() const noexcept { return _startedOver; }
     uint32_t evaluated() const noexcept { return _evaluated; } // in the last update
 
-    // Largest alpha delta / distance of the vertices that only the cut leaves out and whose ball is in view.
-    // distances below nearM count as it.
-    double heldBackPx(double alpha, double nearM);
-
 private:
-    enum Flag : uint8_t { kActive = 1, kEnabled = 2, kHeld = 4, kListed = 8 };
-    struct State {
+    enum Flag : uint8_t { kActive = 1, kEnabled = 2 };
+    // All that a look at a vertex needs, in one place: the caches are cold when its time has come.
+    struct Vertex {
+        int16_t height = 0; // as PageData
+        uint8_t errorCode = 0, radiusCode = 0;
         uint8_t flags = 0;
         uint8_t version = 0; // of its entry in the ring; older ones are void
     };
+    // When to look at a vertex again: in the tick of its bucket, after so many 256ths of it.
     struct Due {
-        double tick;
         VertexId vertex;
+        uint8_t part;
         uint8_t version;
     };
     static constexpr size_t kBuckets = 4096;
     static constexpr uint32_t kNoChunk = UINT32_MAX;
-    struct Chunk {
+    struct alignas(64) Chunk { // a cache line
+        static constexpr uint8_t kCapacity = 9;
         uint32_t next = kNoChunk;
-        uint32_t count = 0;
-        std::array<Due, 15> due;
+        std::array<VertexId, kCapacity> vertex;
+        std::array<uint8_t, kCapacity> part;
+        std::array<uint8_t, kCapacity> version;
+        uint8_t count = 0;
     };
+    static_assert(sizeof(Chunk) == 64);
 
     void clear();
     void advance(const Criteria& criteria, double turnRad);
     void openPage(int32_t slot);
     void closePage(int32_t slot);
+    void lookAgain(double oldCutM);
     void cutMoved(double fromM, double toM);
     void takeDue();
-    void takeBucket(size_t bucket);
+    void takeBucket(size_t bucket, uint8_t lastPart);
     void consider(VertexId v);
     void evaluate(VertexId v);
     void noteChange(VertexId v);
@@ -105,11 +121,12 @@ private:
     bool _fresh = true; // nothing is known yet
     std::array<double, 256> _codeM{};
     std::array<double, 256> _reachM{};   // kappa delta of each code
-    std::vector<State> _state;           // by VertexId
+    std::vector<Vertex> _vertex;         // by VertexId, of resident pages
     std::vector<uint32_t> _activeCount;  // by slot
     std::vector<int32_t> _open, _sorted; // slots
+    std::vector<int32_t> _given;         // the open slots as they were given last
     std::vector<uint8_t> _keep;          // by slot
-    std::vector<VertexId> _changed, _held;
+    std::vector<VertexId> _changed;
     bool _startedOver = false;
     uint32_t _evaluated = 0;
     // The ring.
