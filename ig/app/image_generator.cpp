@@ -183,6 +183,7 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     _host.receive(_world, nowS);
     const double displayS =
         nowS + 1.0 / _settings.view.rateHz; // the picture is out when the next frame begins
+    _world.standOnGround(*_ground, displayS);
     _host.answerQueries(_world, displayS);
     _host.answer(nowS);
     _view = currentView(displayS);
