@@ -322,6 +322,7 @@ RunSummary ImageGenerator::summary(uint64_t missedFrames, double durationS) cons
     run.session = _host.sessionStats();
     run.socket = _host.socketStats();
     run.refusedByWorld = _host.refusedByWorld();
+    run.shieldedFrames = _host.shieldedFrames();
     run.queries = _host.queryStats();
     return run;
 }
