@@ -83,9 +83,9 @@ struct Layout<EntityControl> {
         Number{"roll", 12, &M::rollDeg, -kTurnDeg, kTurnDeg},
         Number{"pitch", 16, &M::pitchDeg, -90, 90},
         Number{"yaw", 20, &M::yawDeg, -kTurnDeg, kTurnDeg},
-        Number{"lat_or_x", 24, &M::latitudeDegOrXM},
-        Number{"lon_or_y", 32, &M::longitudeDegOrYM},
-        Number{"alt_or_z", 40, &M::altitudeOrZM},
+        Number{"lat_or_x", 24, &M::latitudeDegOrXM, -kFarthest, kFarthest},
+        Number{"lon_or_y", 32, &M::longitudeDegOrYM, -kFarthest, kFarthest},
+        Number{"alt_or_z", 40, &M::altitudeOrZM, -kFarthest, kFarthest},
     };
 };
 
@@ -114,12 +114,12 @@ struct Layout<RateControl> {
         Number{"part_id", 4, &M::partId},
         Bits{"apply_to_part", 5, 0, 1, &M::toPart},
         Bits{"coordinate_system", 5, 1, 1, &M::frame},
-        Number{"x_rate", 8, &M::xMps},
-        Number{"y_rate", 12, &M::yMps},
-        Number{"z_rate", 16, &M::zMps},
-        Number{"roll_rate", 20, &M::rollDegPerS},
-        Number{"pitch_rate", 24, &M::pitchDegPerS},
-        Number{"yaw_rate", 28, &M::yawDegPerS},
+        Number{"x_rate", 8, &M::xMps, -kFastest, kFastest},
+        Number{"y_rate", 12, &M::yMps, -kFastest, kFastest},
+        Number{"z_rate", 16, &M::zMps, -kFastest, kFastest},
+        Number{"roll_rate", 20, &M::rollDegPerS, -kFastest, kFastest},
+        Number{"pitch_rate", 24, &M::pitchDegPerS, -kFastest, kFastest},
+        Number{"yaw_rate", 28, &M::yawDegPerS, -kFastest, kFastest},
     };
 };
 
@@ -131,10 +131,10 @@ struct Layout<TrajectoryDefinition> {
     static constexpr size_t kSize = 24;
     static constexpr auto kFields = std::tuple{
         Number{"entity_id", 2, &M::entityId},
-        Number{"accel_x", 4, &M::xMps2},
-        Number{"accel_y", 8, &M::yMps2},
-        Number{"accel_z", 12, &M::zMps2},
-        Number{"retardation_rate", 16, &M::retardationMps2},
+        Number{"accel_x", 4, &M::xMps2, -kHardest, kHardest},
+        Number{"accel_y", 8, &M::yMps2, -kHardest, kHardest},
+        Number{"accel_z", 12, &M::zMps2, -kHardest, kHardest},
+        Number{"retardation_rate", 16, &M::retardationMps2, 0, kHardest},
         Number{"terminal_velocity", 20, &M::terminalVelocityMps, 0, kMost},
     };
 };

@@ -97,9 +97,9 @@ struct Layout<EntityPosition> {
         Number{"roll", 12, &M::rollDeg, -kTurnDeg, kTurnDeg},
         Number{"pitch", 16, &M::pitchDeg, -90, 90},
         Number{"yaw", 20, &M::yawDeg, -kTurnDeg, kTurnDeg},
-        Number{"lat_or_x", 24, &M::latitudeDegOrXM},
-        Number{"lon_or_y", 32, &M::longitudeDegOrYM},
-        Number{"alt_or_z", 40, &M::altitudeOrZM},
+        Number{"lat_or_x", 24, &M::latitudeDegOrXM, -kFarthest, kFarthest},
+        Number{"lon_or_y", 32, &M::longitudeDegOrYM, -kFarthest, kFarthest},
+        Number{"alt_or_z", 40, &M::altitudeOrZM, -kFarthest, kFarthest},
     };
 };
 
@@ -128,12 +128,12 @@ struct Layout<RateControl> {
         Number{"part_id", 6, &M::partId},
         Bits{"apply_to_part", 7, 0, 1, &M::toPart},
         Bits{"coordinate_system", 7, 1, 1, &M::frame},
-        Number{"x_velocity", 8, &M::xMps},
-        Number{"y_velocity", 12, &M::yMps},
-        Number{"z_velocity", 16, &M::zMps},
-        Number{"roll_velocity", 20, &M::rollDegPerS},
-        Number{"pitch_velocity", 24, &M::pitchDegPerS},
-        Number{"yaw_velocity", 28, &M::yawDegPerS},
+        Number{"x_velocity", 8, &M::xMps, -kFastest, kFastest},
+        Number{"y_velocity", 12, &M::yMps, -kFastest, kFastest},
+        Number{"z_velocity", 16, &M::zMps, -kFastest, kFastest},
+        Number{"roll_velocity", 20, &M::rollDegPerS, -kFastest, kFastest},
+        Number{"pitch_velocity", 24, &M::pitchDegPerS, -kFastest, kFastest},
+        Number{"yaw_velocity", 28, &M::yawDegPerS, -kFastest, kFastest},
     };
 };
 
@@ -148,12 +148,12 @@ struct Layout<AccelerationControl> {
         Number{"part_id", 6, &M::partId},
         Bits{"apply_to_part", 7, 0, 1, &M::toPart},
         Bits{"coordinate_system", 7, 1, 1, &M::frame},
-        Number{"x_acceleration", 8, &M::xMps2},
-        Number{"y_acceleration", 12, &M::yMps2},
-        Number{"z_acceleration", 16, &M::zMps2},
-        Number{"roll_acceleration", 20, &M::rollDegPerS2},
-        Number{"pitch_acceleration", 24, &M::pitchDegPerS2},
-        Number{"yaw_acceleration", 28, &M::yawDegPerS2},
+        Number{"x_acceleration", 8, &M::xMps2, -kHardest, kHardest},
+        Number{"y_acceleration", 12, &M::yMps2, -kHardest, kHardest},
+        Number{"z_acceleration", 16, &M::zMps2, -kHardest, kHardest},
+        Number{"roll_acceleration", 20, &M::rollDegPerS2, -kHardest, kHardest},
+        Number{"pitch_acceleration", 24, &M::pitchDegPerS2, -kHardest, kHardest},
+        Number{"yaw_acceleration", 28, &M::yawDegPerS2, -kHardest, kHardest},
     };
 };
 

@@ -44,7 +44,7 @@ Fault poseFault(const Fdm& fdm)
     };
     return firstOf({rangeFault(fdm.latitudeRad, -kPi / 2 - kSlack, kPi / 2 + kSlack),
                     rangeFault(fdm.longitudeRad, -kPi - kSlack, kPi + kSlack),
-                    rangeFault(fdm.altitudeM, -detail::kMostDouble, detail::kMostDouble),
+                    rangeFault(fdm.altitudeM, -detail::kFarthest, detail::kFarthest),
                     rangeFault<double>(fdm.pitchRad, -kPi / 2 - kSlack, kPi / 2 + kSlack), turn(fdm.rollRad),
                     turn(fdm.headingRad)});
 }

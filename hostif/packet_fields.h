@@ -24,6 +24,10 @@ enum class Fault : uint8_t { none, outOfRange, notFinite };
 
 inline constexpr float kTurnDeg = 360.0F;
 inline constexpr float kEdgeDeg = 89.9999F; // of a view; the protocols' limits are open intervals
+// What still can be meant: beyond the Moon, faster than any orbit or turbine, harder than a shot.
+inline constexpr double kFarthest = 1e9; // m
+inline constexpr float kFastest = 1e6F;  // m/s, degrees per second
+inline constexpr float kHardest = 1e7F;  // m/s^2, degrees per second squared
 inline constexpr float kMost = std::numeric_limits<float>::max();
 inline constexpr float kTiny = std::numeric_limits<float>::min();
 inline constexpr double kMostDouble = std::numeric_limits<double>::max();

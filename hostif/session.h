@@ -141,6 +141,11 @@ public:
 
     IgMode mode() const noexcept { return _mode; }
     HostState hostState() const noexcept { return _hostState; }
+    // The host that is being served; nothing while there is none or it is silent.
+    std::optional<Address> liveHost() const noexcept
+    {
+        return _hostState == HostState::live ? std::optional(_host) : std::nullopt;
+    }
     double lastArrivalS() const noexcept { return _lastArrivalS; }     // of the newest valid message
     uint32_t igFrameNumber() const noexcept { return _igFrameNumber; } // of the last Start Of Frame
     SessionStats stats() const noexcept;

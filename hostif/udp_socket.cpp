@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "hostif/udp_socket.h"
 
+#include <linux/filter.h>
+#include <linux/sock_diag.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -19,8 +21,10 @@ namespace hostif {
 namespace {
 
 constexpr size_t kLargestDatagram = 65535;
-// Room for 50 ms of a 125 Hz host's largest messages and more; the kernel may grant less.
-constexpr int kReceiveQueueBytes = 4 << 20;
+// Room for 50 ms of a 125 Hz host's largest messages; the kernel may grant less. It counts twice this against
+// at least 768 bytes per datagram: of small ones no more than 2,731 ever wait, so a reader that takes as many
+// per frame leaves none behind.
+constexpr int kReceiveQueueBytes = 1 << 20;
 
 double seconds(const timespec& t)
 {
@@ -112,13 +116,64 @@ bool passing(int code)
     return code == ECONNREFUSED || code == EINTR;
 }
 
+// A filter of the kernel's (classic BPF, Documentation/networking/filter.rst) that lets through what comes
+// from one address and port. A UDP socket's filter sees the datagram from its UDP header on, where the source
+// port stands first; the IP header lies at SKF_NET_OFF, the source address at its byte 12 (IPv4) or 8 (IPv6).
+class SenderFilter {
+public:
+    explicit SenderFilter(const Address& sender)
+    {
+        // An IPv6 socket gets IPv4 datagrams from addresses like ::ffff:10.0.0.1.
+        constexpr std::array<uint8_t, 12> kMapped{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xFF, 0xFF};
+        const bool mapped =
+            sender.family == IpFamily::v6 && std::equal(kMapped.begin(), kMapped.end(), sender.ip.begin());
+        const bool v4 = sender.family == IpFamily::v4 || mapped;
+        const uint8_t* ip = sender.ip.data() + (mapped ? kMapped.size() : 0);
+        load(BPF_B, kIpHeader);
+        push({BPF_ALU | BPF_AND | BPF_K, 0, 0, 0xF0});
+        require(v4 ? 0x40 : 0x60);
+        for (uint32_t word = 0; word < (v4 ? 1U : 4U); ++word) {
+            load(BPF_W, kIpHeader + (v4 ? 12 : 8) + 4 * word);
+            require(bigEndian(ip + size_t{4} * word));
+        }
+        load(BPF_H, 0);
+        require(sender.port);
+        push({BPF_RET | BPF_K, 0, 0, 0xFFFFFFFFU}); // all of it
+        push({BPF_RET | BPF_K, 0, 0, 0});
+        for (size_t i = 0; i + 2 < _count; ++i) {
+            if (_code[i].code == kJump)
+                _code[i].jf = static_cast<uint8_t>(_count - 2 - i); // to the last one
+        }
+    }
+
+    sock_fprog program() { return {static_cast<unsigned short>(_count), _code.data()}; }
+
+private:
+    static constexpr uint32_t kIpHeader = static_cast<uint32_t>(SKF_NET_OFF);
+    static constexpr uint16_t kJump = BPF_JMP | BPF_JEQ | BPF_K;
+
+    static uint32_t bigEndian(const uint8_t* at)
+    {
+        return uint32_t{at[0]} << 24 | uint32_t{at[1]} << 16 | uint32_t{at[2]} << 8 | at[3];
+    }
+    void push(const sock_filter& instruction) { _code[_count++] = instruction; }
+    void load(uint16_t width, uint32_t offset)
+    {
+        push({static_cast<uint16_t>(BPF_LD | BPF_ABS | width), 0, 0, offset});
+    }
+    void require(uint32_t value) { push({kJump, 0, 0, value}); }
+
+    std::array<sock_filter, 16> _code{};
+    size_t _count = 0;
+};
+
 } // namespace
 
 UdpSocket::UdpSocket(int fd) : _fd(fd), _buffer(std::make_unique<std::byte[]>(kLargestDatagram)) {}
 
 UdpSocket::UdpSocket(UdpSocket&& other) noexcept
     : _fd(std::exchange(other._fd, -1)), _local(other._local), _stats(other._stats),
-      _buffer(std::move(other._buffer))
+      _kernelDrops(other._kernelDrops), _buffer(std::move(other._buffer))
 {
 }
 
@@ -127,6 +182,7 @@ UdpSocket& UdpSocket::operator=(UdpSocket&& other) noexcept
     std::swap(_fd, other._fd);
     std::swap(_local, other._local);
     std::swap(_stats, other._stats);
+    std::swap(_kernelDrops, other._kernelDrops);
     std::swap(_buffer, other._buffer);
     return *this;
 }
@@ -206,6 +262,27 @@ void UdpSocket::send(std::span<const std::byte> bytes, const Address& to) noexce
             break;
     }
     _stats.sendsFailed += passing(errno) ? 0 : 1;
+}
+
+bool UdpSocket::admitOnly(const std::optional<Address>& sender) noexcept
+{
+    if (!sender) {
+        const int unused = 0;
+        return setsockopt(_fd, SOL_SOCKET, SO_DETACH_FILTER, &unused, sizeof unused) == 0 || errno == ENOENT;
+    }
+    SenderFilter filter(*sender);
+    const sock_fprog program = filter.program();
+    return setsockopt(_fd, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program) == 0;
+}
+
+void UdpSocket::countDrops() noexcept
+{
+    std::array<uint32_t, SK_MEMINFO_VARS> memory{};
+    socklen_t size = sizeof memory;
+    if (getsockopt(_fd, SOL_SOCKET, SO_MEMINFO, memory.data(), &size) != 0)
+        return;
+    _stats.dropped += memory[SK_MEMINFO_DROPS] - _kernelDrops; // wraps
+    _kernelDrops = memory[SK_MEMINFO_DROPS];
 }
 
 bool UdpSocket::wait(double timeoutS) noexcept

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 namespace hostif {
@@ -26,6 +27,8 @@ public:
         uint64_t sent = 0;
         uint64_t sendsFailed = 0; // a full queue, no route; a peer that is not there yet does not count
         uint64_t receiveErrors = 0;
+        // Of countDrops(): came while the queue was full, or from a sender that was not admitted.
+        uint64_t dropped = 0;
     };
 
     // Binds to `local`; port 0 takes any free one. Errors: addressInUse when another program has the
@@ -41,6 +44,12 @@ public:
     bool receive(Received& out) noexcept;
     // Sends or drops; never blocks. Peers that are not there are no error.
     void send(std::span<const std::byte> bytes, const Address& to) noexcept;
+    // From now on the kernel queues only what comes from this address and port and drops the rest unread,
+    // which costs this process nothing; no sender: all is queued again. What is queued already stays. False
+    // where the kernel does not allow it; nothing has changed then.
+    bool admitOnly(const std::optional<Address>& sender) noexcept;
+    // Brings stats().dropped up to date: one call of the kernel.
+    void countDrops() noexcept;
     // Waits until a datagram is queued, at most `timeoutS`; false on time-out or a signal.
     bool wait(double timeoutS) noexcept;
 
@@ -53,6 +62,7 @@ private:
     int _fd = -1;
     Address _local;
     Stats _stats;
+    uint32_t _kernelDrops = 0; // its counter when last read; wraps
     std::unique_ptr<std::byte[]> _buffer;
 };
 

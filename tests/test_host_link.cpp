@@ -227,3 +227,125 @@ TEST_CASE("atmosphere and weather set how far one sees; what cannot be is refuse
     REQUIRE(pair.receive());
     CHECK(pair.link.refusedByWorld() == 1);
 }
+
+namespace {
+
+// What a flood is made of, one after the other: junk, the head of a message, another version, a whole message
+// of another host, one with NaN.
+Bytes hostile(int number)
+{
+    hostif::EntityControl entity = ownship(10);
+    if (number % 5 == 4) {
+        entity.pitchDeg = std::numeric_limits<float>::quiet_NaN();
+    }
+    hostif::IgControl control;
+    control.mode = hostif::IgMode::operate;
+    control.hostFrameNumber = 0xFFFF'0000U + static_cast<uint32_t>(number);
+    Bytes bytes;
+    append(Protocol::cigi3, bytes, ByteOrder::big, control);
+    append(Protocol::cigi3, bytes, ByteOrder::big, hostif::HostMessage{entity});
+    switch (number % 5) {
+    case 0:
+        std::fill(bytes.begin(), bytes.end(), static_cast<std::byte>(number));
+        break;
+    case 1:
+        bytes.resize(20);
+        break;
+    case 2:
+        bytes[2] = std::byte{9};
+        break;
+    default:
+        break;
+    }
+    return bytes;
+}
+
+} // namespace
+
+TEST_CASE("however many hostile datagrams come before the host's in each frame, it is heard in that frame or "
+          "the next, for a bounded number of reads")
+{
+    constexpr int kHostile = 3400; // 200,000 per second at 60 Hz
+    for (const std::string timing : {"async", "lockstep"}) {
+        INFO(timing);
+        Pair pair(settings(timing));
+        pair.send(Protocol::cigi3, {ownship(50)});
+        REQUIRE(pair.receive());
+        auto stranger = *hostif::UdpSocket::open(*hostif::parseAddress("127.0.0.1:0"));
+        int heard = 0;
+        int heardLast = 0;
+        uint64_t readBefore = pair.link.socketStats().received;
+        constexpr int kFrames = 20;
+        for (int frame = 1; frame <= kFrames; ++frame) {
+            for (int i = 0; i < kHostile; ++i) {
+                stranger.send(hostile(i), pair.link.local());
+            }
+            pair.send(Protocol::cigi3, {ownship(50 + frame)});
+            pair.link.receive(pair.world, now());
+            const uint64_t read = pair.link.socketStats().received;
+            CHECK(read - readBefore <= app::HostLink::kDatagramsPerFrame);
+            if (frame > 1) {
+                CHECK(read - readBefore <= 3); // its own, and what came while the filter was set
+            }
+            readBefore = read;
+            if (pair.link.newestArrivalS()) {
+                ++heard;
+                heardLast = frame;
+            }
+            CHECK(heardLast >= frame - 1);
+        }
+        CHECK(heard >= kFrames - 1);
+        const double latitudeRad = toGeodetic(pair.world.viewState(0, 16, 16)->eye).latitudeRad;
+        CHECK(latitudeRad * kDegPerRad == Approx(50 + kFrames));
+        CHECK(pair.link.shieldedFrames() == kFrames - 1);
+        CHECK(pair.link.socketStats().dropped >= uint64_t{kHostile} * (kFrames - 1));
+        CHECK(pair.link.sessionStats().reasons[hostif::Reason::foreignSender] > 0);
+        CHECK(pair.link.sessionStats().accepted >= kFrames);
+    }
+}
+
+TEST_CASE("once the host behind the shield falls silent, another one is heard")
+{
+    config::Settings s = settings();
+    s.host.timeoutS = 0.05;
+    Pair pair(s);
+    pair.send(Protocol::cigi3, {ownship(50)});
+    REQUIRE(pair.receive());
+    auto other = *hostif::UdpSocket::open(*hostif::parseAddress("127.0.0.1:0"));
+    for (int i = 0; i < 200; ++i) {
+        other.send(hostile(0), pair.link.local());
+    }
+    pair.link.receive(pair.world, now());
+    CHECK(pair.link.shieldedFrames() == 0); // from the next one on
+    pair.link.receive(pair.world, now());
+    CHECK(pair.link.shieldedFrames() == 1);
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    pair.link.answer(now()); // notices the silence
+    pair.link.receive(pair.world, now());
+    other.send(hostile(3), pair.link.local());
+    REQUIRE(pair.receive());
+    CHECK(pair.link.sessionStats().accepted == 2);
+}
+
+TEST_CASE(
+    "the shield goes up for a flood beside a live host only, and comes down after calm or with the host")
+{
+    using app::FloodGuard;
+    using Order = FloodGuard::Order;
+    FloodGuard guard;
+    CHECK(guard.frame(FloodGuard::kFlood - 1, true, 1) == Order::none);
+    CHECK(guard.frame(1'000'000, false, 2) == Order::none);
+    CHECK(guard.frame(FloodGuard::kFlood, true, 3) == Order::raise);
+    for (int i = 0; i < 60; ++i) {
+        CHECK(guard.frame(5000, true, 3 + i) == Order::none); // goes on: stays up
+    }
+    CHECK(guard.frame(0, true, 62 + FloodGuard::kCalmS - 0.1) == Order::none);
+    CHECK(guard.frame(0, true, 62 + FloodGuard::kCalmS) == Order::lower);
+    CHECK(guard.frame(5000, true, 80) == Order::raise);
+    CHECK(guard.frame(5000, false, 81) == Order::lower);
+    CHECK(guard.frame(5000, true, 82) == Order::raise);
+    guard.refused(82);
+    CHECK_FALSE(guard.raised());
+    CHECK(guard.frame(5000, true, 83) == Order::none);
+    CHECK(guard.frame(5000, true, 82 + FloodGuard::kCalmS) == Order::raise);
+}

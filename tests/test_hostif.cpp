@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The CIGI 3.3 codec: values, bytes and ranges.
+#include "hostif/codec.h"
 #include "hostif_samples.h"
 
 #include <algorithm>
@@ -172,6 +173,15 @@ TEST_CASE("a packet with a value out of range is left out and counted, the rest 
     badEntity([](auto& e) { e.latitudeDegOrXM = double(kNan); }, Reason::notFinite);
     badEntity([](auto& e) { e.longitudeDegOrYM = double(kNan); }, Reason::notFinite);
     badEntity([](auto& e) { e.altitudeOrZM = double(kInf); }, Reason::notFinite);
+    badEntity([](auto& e) { e.altitudeOrZM = 1.1e9; });
+    badEntity([](auto& e) { e.attached = true, e.latitudeDegOrXM = -1e300; });
+
+    check(RateControl{.xMps = 2e6F}, Reason::outOfRange);
+    check(RateControl{.yawDegPerS = -2e6F}, Reason::outOfRange);
+    check(RateControl{.pitchDegPerS = kNan}, Reason::notFinite);
+    check(TrajectoryDefinition{.zMps2 = 2e7F}, Reason::outOfRange);
+    check(TrajectoryDefinition{.retardationMps2 = -1}, Reason::outOfRange);
+    check(TrajectoryDefinition{.xMps2 = kInf}, Reason::notFinite);
 
     const auto badPlacement = [&check](std::optional<float> ViewControl::*member, float value,
                                        Reason reason) {
@@ -199,6 +209,24 @@ TEST_CASE("a packet with a value out of range is left out and counted, the rest 
     badShape([](auto& v) { v.leftDeg = v.rightDeg = 0.0F; });
     badShape([](auto& v) { v.topDeg = -5.0F, v.bottomDeg = 1.0F; });
     badShape([](auto& v) { v.bottomDeg = kNan; }, Reason::notFinite);
+}
+
+TEST_CASE("an acceleration that nothing can have is left out and counted")
+{
+    for (const ByteOrder order : kOrders) {
+        Bytes bytes;
+        append(Protocol::cigi4, bytes, order, IgControl{.mode = IgMode::operate});
+        for (const AccelerationControl bad :
+             {AccelerationControl{.xMps2 = 2e7F}, AccelerationControl{.rollDegPerS2 = -2e7F},
+              AccelerationControl{.yMps2 = kNan}, AccelerationControl{.yawDegPerS2 = kInf},
+              AccelerationControl{.zMps2 = 9.81F}})
+            append(Protocol::cigi4, bytes, order, HostMessage{bad});
+        HostDatagram out;
+        REQUIRE(decodeHost(Protocol::cigi4, bytes, out));
+        CHECK(out.messages == std::vector<HostMessage>{AccelerationControl{.zMps2 = 9.81F}});
+        CHECK(out.notes[Reason::outOfRange] == 2);
+        CHECK(out.notes[Reason::notFinite] == 2);
+    }
 }
 
 TEST_CASE("an attached entity's offsets are no latitude and longitude")

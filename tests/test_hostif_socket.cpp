@@ -190,3 +190,50 @@ TEST_CASE("IPv6 works where the machine has it")
     REQUIRE(a->receive(r));
     CHECK(r.sender == a->local());
 }
+
+TEST_CASE("a socket that admits one sender hears it alone, counts the others, and hears all again when told")
+{
+    for (const char* text : {"127.0.0.1:0", "[::1]:0", "[::]:0"}) {
+        auto opened = UdpSocket::open(*parseAddress(text));
+        if (!opened) {
+            WARN(std::string(text) + ": this machine has no IPv6");
+            continue;
+        }
+        UdpSocket& socket = *opened;
+        Address target = socket.local();
+        if (std::string(text) == "[::]:0")
+            target = *parseAddress("127.0.0.1:" + std::to_string(socket.local().port)); // as ::ffff:127.0.0.1
+        const std::string from = std::string(text) == "[::1]:0" ? "[::1]:0" : "127.0.0.1:0";
+        UdpSocket host = *UdpSocket::open(*parseAddress(from));
+        UdpSocket stranger = *UdpSocket::open(*parseAddress(from));
+        const std::array<std::byte, 1> his{std::byte{1}};
+        const std::array<std::byte, 1> other{std::byte{2}};
+        const auto heard = [&] {
+            std::vector<int> bytes;
+            UdpSocket::Received got;
+            host.send(his, target);
+            stranger.send(other, target);
+            host.send(his, target);
+            while (socket.wait(0.05) && socket.receive(got))
+                bytes.push_back(std::to_integer<int>(got.bytes[0]));
+            return bytes;
+        };
+        INFO(text);
+        CHECK(heard() == std::vector<int>{1, 2, 1});
+        UdpSocket::Received got;
+        host.send(his, target);
+        REQUIRE(socket.wait(1));
+        REQUIRE(socket.receive(got));
+        REQUIRE(socket.admitOnly(got.sender));
+        CHECK(heard() == std::vector<int>{1, 1});
+        socket.countDrops();
+        CHECK(socket.stats().dropped == 1);
+        UdpSocket moved = std::move(socket);
+        socket = std::move(moved);
+        socket.countDrops();
+        CHECK(socket.stats().dropped == 1);
+        REQUIRE(socket.admitOnly(std::nullopt));
+        CHECK(heard() == std::vector<int>{1, 2, 1});
+        CHECK(socket.admitOnly(std::nullopt)); // again does no harm
+    }
+}

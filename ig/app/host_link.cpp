@@ -10,9 +10,6 @@ namespace ig::app {
 
 namespace {
 
-// More than a sane host sends in a frame; a flood beyond it stays queued in the kernel and is dropped there.
-constexpr int kDatagramsPerFrame = 4096;
-
 Unexpected<Error> inKey(const char* key, const Error& error)
 {
     return fail(error.kind, std::string(key) + ": " + error.message);
@@ -55,41 +52,71 @@ HostLink::HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& optio
 {
 }
 
-void HostLink::drain(double nowS)
+// Returns how many datagrams were read.
+int HostLink::drain(double nowS)
 {
     hostif::UdpSocket::Received received;
-    for (int i = 0; i < kDatagramsPerFrame && _socket.receive(received); ++i) {
+    int count = 0;
+    for (; count < kDatagramsPerFrame && _socket.receive(received); ++count) {
         _session.receive(received.bytes, received.sender, std::min(received.arrivalS, nowS));
     }
+    return count;
 }
 
 // Without a host there is nothing to wait for: frames go on, and their Start Of Frame calls for one.
-void HostLink::takeOneMessage(double nowS)
+int HostLink::takeOneMessage(double nowS)
 {
     const uint64_t before = _session.stats().accepted;
     hostif::UdpSocket::Received received;
-    for (int i = 0; i < kDatagramsPerFrame; ++i) {
+    int count = 0;
+    while (count < kDatagramsPerFrame && _session.stats().accepted == before) {
         while (!_socket.receive(received)) {
             const double leftS = _session.lastArrivalS() + _timeoutS - nowS;
             if (_session.hostState() != hostif::HostState::live || !(leftS > 0) || !_socket.wait(leftS)) {
-                return;
+                return count;
             }
             nowS = static_cast<double>(steadyNs()) * kSecondsPerNs;
         }
+        ++count;
         _session.receive(received.bytes, received.sender, std::min(received.arrivalS, nowS));
-        if (_session.stats().accepted != before) {
+    }
+    return count;
+}
+
+void HostLink::guard(uint64_t foreign, double nowS)
+{
+    const std::optional<hostif::Address> host = _session.liveHost();
+    _shieldedFrames += _floodGuard.raised() ? 1 : 0;
+    switch (_floodGuard.frame(foreign, host.has_value(), nowS)) {
+    case FloodGuard::Order::none:
+        return;
+    case FloodGuard::Order::raise:
+        if (!_socket.admitOnly(host)) {
+            _floodGuard.refused(nowS);
+            _log->write(LogLevel::warning, "flood: the kernel takes no socket filter, so all of it is read");
             return;
         }
+        _log->write(LogLevel::warning,
+                    "flood: " + std::to_string(foreign) + " datagrams in one frame that are not from host " +
+                        hostif::toString(*host) + "; the kernel drops them from now on (dropped_by_kernel)");
+        return;
+    case FloodGuard::Order::lower:
+        (void)_socket.admitOnly(std::nullopt);
+        _log->write(LogLevel::info, host ? "flood: over, everything is read again"
+                                         : "flood: the host is silent, everything is read again");
+        return;
     }
 }
 
 void HostLink::receive(scene::World& world, double nowS)
 {
-    if (_timing == Timing::lockstep) {
-        takeOneMessage(nowS);
-    } else {
-        drain(nowS);
-    }
+    const uint64_t acceptedBefore = _session.stats().accepted;
+    const uint64_t droppedBefore = _socket.stats().dropped;
+    const int read = _timing == Timing::lockstep ? takeOneMessage(nowS) : drain(nowS);
+    _socket.countDrops();
+    guard(static_cast<uint64_t>(read) - (_session.stats().accepted - acceptedBefore) +
+              (_socket.stats().dropped - droppedBefore),
+          nowS);
     _newestArrivalS.reset();
     for (const hostif::SessionEvent& event : _session.takeEvents()) {
         if (const auto* frame = std::get_if<hostif::HostFrame>(&event)) {

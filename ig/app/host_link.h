@@ -7,13 +7,17 @@
 //             frame's display time as far as the host allows (scene/world.h).
 //   sync      The host answers each Start Of Frame. As async, but what it said is drawn as it said it.
 //   lockstep  A frame for every message of the host: one is taken per frame, and a frame waits for it until
-//   the
-//             host would count as lost. Drawn as said.
+//             the host would count as lost. Drawn as said.
+//
+// Floods. A frame reads kDatagramsPerFrame at most, as many as can wait. Once one has had many that were not
+// from the live host, the kernel drops those unread (ig/app/flood_guard.h): the host loses what it had sent
+// into the full queue of that one frame, and is served as ever from the next one on.
 #pragma once
 
 #include "config/settings.h"
 #include "hostif/session.h"
 #include "hostif/udp_socket.h"
+#include "ig/app/flood_guard.h"
 #include "ig/app/query_service.h"
 #include "ig/app/to_world.h"
 #include "ig/base/result.h"
@@ -25,6 +29,8 @@ namespace ig::app {
 
 class HostLink {
 public:
+    static constexpr int kDatagramsPerFrame = 4096;
+
     // Binds the socket. Errors: as hostif::parseAddress and hostif::UdpSocket::open, naming the config key.
     // log must outlive the link.
     static Result<HostLink> open(const config::Settings& settings, LogSink& log);
@@ -51,6 +57,8 @@ public:
     const QueryStats& queryStats() const noexcept { return _queries.stats(); }
     // Statements that the world refused: no such entity, full, out of range.
     uint64_t refusedByWorld() const noexcept { return _refused; }
+    // Frames in which the kernel dropped what was not the host's.
+    uint64_t shieldedFrames() const noexcept { return _shieldedFrames; }
     const hostif::Address& local() const noexcept { return _socket.local(); }
 
 private:
@@ -59,8 +67,9 @@ private:
     HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options,
              const config::Settings& settings, LogSink& log);
 
-    void drain(double nowS);
-    void takeOneMessage(double nowS);
+    int drain(double nowS);
+    int takeOneMessage(double nowS);
+    void guard(uint64_t foreign, double nowS);
     void warnOnce(bool& noted, const char* line);
     void noteUnsupported(const hostif::SessionEvent& event);
 
@@ -76,6 +85,8 @@ private:
     std::optional<double> _newestArrivalS;
     std::optional<hostif::HostFrame> _newestFrame;
     uint64_t _refused = 0;
+    FloodGuard _floodGuard;
+    uint64_t _shieldedFrames = 0;
 };
 
 } // namespace ig::app

@@ -184,6 +184,7 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     _host.receive(_world, nowS);
     const double displayS =
         nowS + 1.0 / _settings.view.rateHz; // the picture is out when the next frame begins
+    _world.standOnGround(*_ground, displayS);
     _host.answerQueries(_world, displayS);
     _host.answer(nowS);
     _view = currentView(displayS);
@@ -323,6 +324,7 @@ RunSummary ImageGenerator::summary(uint64_t missedFrames, double durationS) cons
     run.session = _host.sessionStats();
     run.socket = _host.socketStats();
     run.refusedByWorld = _host.refusedByWorld();
+    run.shieldedFrames = _host.shieldedFrames();
     run.queries = _host.queryStats();
     return run;
 }

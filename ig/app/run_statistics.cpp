@@ -48,7 +48,10 @@ Json packets(const RunSummary& run)
               {"host_lag_frames", run.session.hostLagFrames},
               {"host_lag_frames_max", run.session.hostLagMaxFrames},
               {"sent", run.socket.sent},
-              {"sends_failed", run.socket.sendsFailed}};
+              {"sends_failed", run.socket.sendsFailed},
+              {"receive_errors", run.socket.receiveErrors},
+              {"dropped_by_kernel", run.socket.dropped},
+              {"shielded_frames", run.shieldedFrames}};
     for (size_t i = 0; i < hostif::kReasonCount; ++i) {
         const auto reason = static_cast<hostif::Reason>(i);
         json[std::string(hostif::reasonName(reason))] = run.session.reasons[reason];

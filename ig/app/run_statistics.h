@@ -41,6 +41,7 @@ struct RunSummary {
     hostif::SessionStats session;
     hostif::UdpSocket::Stats socket;
     uint64_t refusedByWorld = 0;
+    uint64_t shieldedFrames = 0;
     QueryStats queries;
     struct Sink {
         std::string name;

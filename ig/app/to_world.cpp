@@ -22,6 +22,19 @@ std::optional<double> widened(const std::optional<float>& value)
     return value ? std::optional<double>(*value) : std::nullopt;
 }
 
+scene::Clamp clampOf(hostif::GroundClamp clamp)
+{
+    switch (clamp) {
+    case hostif::GroundClamp::nonConformal:
+        return scene::Clamp::level;
+    case hostif::GroundClamp::conformal:
+        return scene::Clamp::conformal;
+    case hostif::GroundClamp::none:
+        break;
+    }
+    return scene::Clamp::none;
+}
+
 // Position and attitude, which an EntityControl and an EntityPosition say in the same words.
 template <class Message>
 scene::EntityState entityState(const Message& in)
@@ -29,6 +42,7 @@ scene::EntityState entityState(const Message& in)
     scene::EntityState state;
     state.id = in.entityId;
     state.attached = in.attached;
+    state.clamp = clampOf(in.clamp);
     state.parent = in.parentId;
     state.attitude = {radians(double{in.yawDeg}), radians(double{in.pitchDeg}), radians(double{in.rollDeg})};
     if (in.attached) {
@@ -98,6 +112,28 @@ struct Statement {
         rates.turnRadPerS = {radians(double{in.rollDegPerS}), radians(double{in.pitchDegPerS}),
                              radians(double{in.yawDegPerS})};
         return world.set(in.entityId, rates, timeS);
+    }
+    Applied operator()(const hostif::AccelerationControl& in) const
+    {
+        if (in.toPart) {
+            return Applied::yes;
+        }
+        scene::Accelerations accelerations;
+        accelerations.inBody = in.frame == hostif::RateFrame::local;
+        accelerations.linearMps2 = {in.xMps2, in.yMps2, in.zMps2};
+        accelerations.turnRadPerS2 = {radians(double{in.rollDegPerS2}), radians(double{in.pitchDegPerS2}),
+                                      radians(double{in.yawDegPerS2})};
+        return world.set(in.entityId, accelerations, timeS);
+    }
+    // Free fall: north, east and down, as gravity is, or the parent's axes.
+    Applied operator()(const hostif::TrajectoryDefinition& in) const
+    {
+        scene::Accelerations accelerations;
+        accelerations.inBody = false;
+        accelerations.linearMps2 = {in.xMps2, in.yMps2, in.zMps2};
+        accelerations.retardationMps2 = in.retardationMps2;
+        accelerations.terminalMps = in.terminalVelocityMps;
+        return world.set(in.entityId, accelerations, timeS);
     }
 
     Applied operator()(const hostif::ViewControl& in) const

@@ -3,6 +3,7 @@
 
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace ig::scene {
@@ -18,6 +19,95 @@ glm::dmat3 fromCross(const glm::dvec3& w, double a, double b)
 
 // Below this the first terms of the series are exact to rounding.
 constexpr double kSmallRad = 1e-4;
+
+// The integral of s exp(s w) over 0..1. Its differences cancel far above kSmallRad: a series up to there.
+glm::dmat3 accelerated(const glm::dvec3& w)
+{
+    const double square = glm::dot(w, w);
+    double a = 1.0 / 3 - square / 30 + square * square / 840;
+    double b = 1.0 / 8 - square / 144 + square * square / 5760;
+    constexpr double kSeriesSquare = 0.01;
+    if (square > kSeriesSquare) {
+        const double t = std::sqrt(square);
+        const double s = std::sin(t);
+        const double c = std::cos(t);
+        a = (s - t * c) / (square * t);
+        b = (0.5 - (c + t * s - 1) / square) / square;
+    }
+    return fromCross(w, a, b) - glm::dmat3(0.5);
+}
+
+struct State {
+    glm::dvec3 offsetM{0.0};
+    glm::dmat3 parentFromBody{1.0};
+    glm::dvec3 velocityMps{0.0}; // in the frame of the rates, as is the turn
+    glm::dvec3 turnRadPerS{0.0};
+};
+
+// Per second; the turn in body axes.
+struct Slope {
+    glm::dvec3 offset, turn, velocity, turnRate;
+};
+
+class Stepper {
+public:
+    Stepper(const Rates& rates, const Accelerations& accelerations, double stepS)
+        : _inBody(rates.inBody), _a(accelerations), _stepS(stepS)
+    {
+    }
+
+    void step(State& state) const
+    {
+        const double h = _stepS;
+        const glm::dvec3 still(0.0);
+        const Slope k1 = slope(state, still);
+        const Slope k2 = slope(moved(state, k1, 0.5 * h), 0.5 * h * k1.turn);
+        const Slope k3 = slope(moved(state, k2, 0.5 * h), 0.5 * h * k2.turn);
+        const Slope k4 = slope(moved(state, k3, h), h * k3.turn);
+        const auto mean = [&](glm::dvec3 Slope::*member) {
+            return (k1.*member + 2.0 * (k2.*member + k3.*member) + k4.*member) / 6.0;
+        };
+        state = moved(
+            state, {mean(&Slope::offset), mean(&Slope::turn), mean(&Slope::velocity), mean(&Slope::turnRate)},
+            h);
+        const double speed = glm::length(state.velocityMps);
+        if (_a.terminalMps > 0 && speed > _a.terminalMps) {
+            state.velocityMps *= _a.terminalMps / speed;
+        }
+    }
+
+private:
+    static State moved(const State& from, const Slope& slope, double h)
+    {
+        return {from.offsetM + h * slope.offset, from.parentFromBody * turnBy(h * slope.turn),
+                from.velocityMps + h * slope.velocity, from.turnRadPerS + h * slope.turnRate};
+    }
+
+    // turned: rotation vector since the step began.
+    Slope slope(const State& at, const glm::dvec3& turned) const
+    {
+        const glm::dmat3& r = at.parentFromBody;
+        const auto inRatesFrame = [&](const glm::dvec3& a) {
+            return _a.inBody == _inBody ? a : _inBody ? a * r : r * a; // a * r: transposed
+        };
+        Slope out{};
+        out.offset = _inBody ? r * at.velocityMps : at.velocityMps;
+        const glm::dvec3 w = _inBody ? at.turnRadPerS : at.turnRadPerS * r;
+        const glm::dvec3 bracket = glm::cross(turned, w);
+        out.turn = w + 0.5 * bracket + glm::cross(turned, bracket) / 12.0; // inverse of exp's differential
+        out.velocity = inRatesFrame(_a.linearMps2);
+        if (_a.retardationMps2 > 0) { // a body that almost stands comes to rest within a step
+            const double speed = std::max(glm::length(at.velocityMps), _a.retardationMps2 * _stepS);
+            out.velocity -= at.velocityMps * (_a.retardationMps2 / speed);
+        }
+        out.turnRate = inRatesFrame(_a.turnRadPerS2);
+        return out;
+    }
+
+    bool _inBody;
+    const Accelerations& _a;
+    double _stepS;
+};
 
 } // namespace
 
@@ -49,6 +139,32 @@ Motion motionOver(double dtS, const Rates& rates, const glm::dmat3& parentFromBo
         b = (angle - std::sin(angle)) / (angle * angle * angle);
     }
     return {parentFromBody * (fromCross(w, a, b) * v), parentFromBody * turnBy(w)};
+}
+
+Moved movedOver(double dtS, const Rates& rates, const Accelerations& a,
+                const glm::dmat3& parentFromBody) noexcept
+{
+    const bool turnSteady = a.turnRadPerS2 == glm::dvec3(0.0);
+    const bool free = !(a.retardationMps2 > 0) && !(a.terminalMps > 0);
+    if (turnSteady && free && (a.inBody == rates.inBody || a.linearMps2 == glm::dvec3(0.0))) {
+        Moved out{motionOver(dtS, rates, parentFromBody), rates};
+        const glm::dvec3 gainedM = a.linearMps2 * (dtS * dtS);
+        out.motion.offsetM +=
+            rates.inBody ? parentFromBody * (accelerated(rates.turnRadPerS * dtS) * gainedM) : 0.5 * gainedM;
+        out.rates.velocityMps += a.linearMps2 * dtS;
+        return out;
+    }
+    const double turnRad = (glm::length(rates.turnRadPerS) + glm::length(a.turnRadPerS2) * dtS) * dtS;
+    // More where a body comes to rest or to its terminal velocity somewhere within a step.
+    const double leastSteps = free ? 8 : 64;
+    const double wanted = std::ceil(turnRad / kStepRad);
+    const double steps = wanted < kMostSteps ? std::max(wanted, leastSteps) : kMostSteps;
+    State state{glm::dvec3(0.0), parentFromBody, rates.velocityMps, rates.turnRadPerS};
+    const Stepper stepper(rates, a, dtS / steps);
+    for (int i = 0; i < static_cast<int>(steps); ++i) {
+        stepper.step(state);
+    }
+    return {{state.offsetM, state.parentFromBody}, {rates.inBody, state.velocityMps, state.turnRadPerS}};
 }
 
 } // namespace ig::scene

@@ -29,6 +29,18 @@ void orient(double& low, double high)
     }
 }
 
+// Columns forward, right and down of a body of that heading that lies flat on a slope, turned back by the
+// heading: what is level on the slope becomes what it is from the horizon. normal: NED, upwards.
+glm::dmat3 horizonFromSlope(double yawRad, const glm::dvec3& normal)
+{
+    const double c = std::cos(yawRad);
+    const double s = std::sin(yawRad);
+    const glm::dvec3 down = -normal;
+    const glm::dvec3 forward = glm::normalize(glm::dvec3(c, s, -(normal.x * c + normal.y * s) / normal.z));
+    const glm::dmat3 slope(forward, glm::cross(down, forward), down);
+    return slope * glm::transpose(glm::dmat3{glm::dvec3{c, s, 0}, glm::dvec3{-s, c, 0}, glm::dvec3{0, 0, 1}});
+}
+
 bool drawable(double low, double high)
 {
     return low >= -kWidestRad && high <= kWidestRad && high - low >= kNarrowestRad;
@@ -51,6 +63,7 @@ void World::reset()
         _slotOfEntity[entity.state.id] = kNone;
     }
     _entities.clear();
+    _clamped = 0;
     _views.clear();
     std::fill(_mayMove.begin(), _mayMove.end(), false);
     _environment.reset();
@@ -65,9 +78,16 @@ Applied World::set(const EntityState& state, double timeS)
             return Applied::noParent;
         }
     }
+    EntityState wanted = state;
+    wanted.clamp = state.attached ? Clamp::none : state.clamp;
     if (slot != kNone) {
         Entity& entity = _entities[static_cast<size_t>(slot)];
-        entity.state = state;
+        entity.rates = motion(entity, timeS).rates;
+        if ((entity.state.clamp == Clamp::none) != (wanted.clamp == Clamp::none)) {
+            entity.footing.forget();
+            _clamped += wanted.clamp == Clamp::none ? size_t(-1) : 1;
+        }
+        entity.state = wanted;
         entity.timeS = timeS;
         return Applied::yes;
     }
@@ -75,7 +95,8 @@ Applied World::set(const EntityState& state, double timeS)
         return Applied::full;
     }
     _slotOfEntity[state.id] = static_cast<int16_t>(_entities.size());
-    _entities.push_back({state, timeS, {}});
+    _entities.push_back({wanted, timeS, {}, {}, {}});
+    _clamped += wanted.clamp == Clamp::none ? 0 : 1;
     return Applied::yes;
 }
 
@@ -89,6 +110,7 @@ Applied World::set(const GroundTrack& track, double timeS)
     if (entity.state.attached) {
         return Applied::outOfRange; // an offset is nowhere on the ground
     }
+    entity.rates = motion(entity, timeS).rates;
     entity.state.position.latitudeRad = track.latitudeRad;
     entity.state.position.longitudeRad = track.longitudeRad;
     entity.state.attitude.yawRad = track.yawRad;
@@ -103,21 +125,41 @@ Applied World::set(uint16_t id, const Rates& rates, double timeS)
         return Applied::noEntity;
     }
     Entity& entity = _entities[static_cast<size_t>(slot)];
-    EntityState& state = entity.state;
-    if (_extrapolation.enabled && _mayMove[id] && timeS > entity.timeS) {
-        const Motion so = motion(entity, timeS);
-        if (state.attached) {
-            state.offsetM += so.offsetM;
-        } else {
-            const glm::dmat3 axes = ecefFromNed(state.position.latitudeRad, state.position.longitudeRad);
-            state.position =
-                toGeodetic({toEcef(state.position, _ellipsoid).m + axes * so.offsetM}, _ellipsoid);
-        }
-        state.attitude = yawPitchRoll(so.parentFromBody);
-        entity.timeS = timeS;
-    }
+    rebase(entity, timeS);
     entity.rates = rates;
     return Applied::yes;
+}
+
+Applied World::set(uint16_t id, const Accelerations& accelerations, double timeS)
+{
+    const int16_t slot = slotOf(id);
+    if (slot == kNone) {
+        return Applied::noEntity;
+    }
+    Entity& entity = _entities[static_cast<size_t>(slot)];
+    rebase(entity, timeS);
+    entity.accelerations = accelerations;
+    return Applied::yes;
+}
+
+void World::rebase(Entity& entity, double timeS) const
+{
+    if (!_extrapolation.enabled || !_mayMove[entity.state.id] || !(timeS > entity.timeS)) {
+        return;
+    }
+    EntityState& state = entity.state;
+    const auto [so, rates] = motion(entity, timeS);
+    if (state.attached) {
+        state.offsetM += so.offsetM;
+    } else if (state.clamp != Clamp::none) {
+        state.position = clampedPlace(entity, so);
+    } else {
+        const glm::dmat3 axes = ecefFromNed(state.position.latitudeRad, state.position.longitudeRad);
+        state.position = toGeodetic({toEcef(state.position, _ellipsoid).m + axes * so.offsetM}, _ellipsoid);
+    }
+    state.attitude = yawPitchRoll(so.parentFromBody);
+    entity.rates = rates;
+    entity.timeS = timeS;
 }
 
 void World::destroy(uint16_t entity)
@@ -128,15 +170,16 @@ void World::destroy(uint16_t entity)
     _doomed.clear();
     _doomed.push_back(entity);
     for (size_t i = 0; i < _doomed.size(); ++i) {
-        for (const auto& [other, timeS, rates] : _entities) {
-            if (other.attached && other.parent == _doomed[i]) {
-                _doomed.push_back(other.id);
+        for (const Entity& other : _entities) {
+            if (other.state.attached && other.state.parent == _doomed[i]) {
+                _doomed.push_back(other.state.id);
             }
         }
     }
     for (const uint16_t id : _doomed) {
         // The last one takes its place.
         const int16_t slot = slotOf(id);
+        _clamped -= _entities[static_cast<size_t>(slot)].state.clamp == Clamp::none ? 0 : 1;
         _entities[static_cast<size_t>(slot)] = _entities.back();
         _slotOfEntity[_entities.back().state.id] = slot;
         _entities.pop_back();
@@ -154,13 +197,83 @@ bool World::descends(int16_t slot, int16_t ancestor) const noexcept
     return slot == ancestor;
 }
 
-Motion World::motion(const Entity& entity, double timeS) const
+Moved World::motion(const Entity& entity, double timeS) const
 {
     const glm::dmat3 attitude = parentFromChild(entity.state.attitude);
     if (!_extrapolation.enabled || !_mayMove[entity.state.id] || !(timeS > entity.timeS)) {
-        return {glm::dvec3(0.0), attitude};
+        return {{glm::dvec3(0.0), attitude}, entity.rates};
     }
-    return motionOver(std::min(timeS - entity.timeS, _extrapolation.horizonS), entity.rates, attitude);
+    return movedOver(std::min(timeS - entity.timeS, _extrapolation.horizonS), entity.rates,
+                     entity.accelerations, attitude);
+}
+
+// Where a clamped entity is over ground; its height is that above the ground.
+Geodetic World::clampedPlace(const Entity& entity, const Motion& own) const
+{
+    const Geodetic& from = entity.state.position;
+    glm::dvec3 wayM = own.offsetM;
+    if (entity.state.clamp == Clamp::conformal) {
+        wayM = horizonFromSlope(yawPitchRoll(own.parentFromBody).yawRad, entity.footing.normalNed()) * wayM;
+    }
+    wayM.z = 0;
+    const glm::dvec3 begin =
+        toEcef({from.latitudeRad, from.longitudeRad, entity.footing.heightM()}, _ellipsoid).m;
+    Geodetic place =
+        toGeodetic({begin + ecefFromNed(from.latitudeRad, from.longitudeRad) * wayM}, _ellipsoid);
+    place.heightM = from.heightM - own.offsetM.z;
+    return place;
+}
+
+World::Pose World::clampedPose(const Entity& entity, const Motion& own) const
+{
+    const Geodetic& from = entity.state.position;
+    Geodetic at = clampedPlace(entity, own);
+    at.heightM += entity.footing.heightM();
+    glm::dmat3 turn = own.parentFromBody;
+    if (entity.state.clamp == Clamp::conformal) {
+        turn = horizonFromSlope(yawPitchRoll(turn).yawRad, entity.footing.normalNed()) * turn;
+    }
+    return {toEcef(at, _ellipsoid), ecefFromNed(from.latitudeRad, from.longitudeRad) * turn};
+}
+
+void World::stand(Entity& entity, GroundQueries& ground, double timeS) const
+{
+    if (entity.state.clamp == Clamp::none) {
+        return;
+    }
+    const Geodetic at = clampedPlace(entity, motion(entity, timeS).motion);
+    Ground under;
+    const Known known = ground.groundAt(at.latitudeRad, at.longitudeRad, under);
+    entity.footing.take(known, under, toEcef({at.latitudeRad, at.longitudeRad, 0}, _ellipsoid), timeS);
+}
+
+int16_t World::topOf(int16_t slot) const noexcept
+{
+    while (slot != kNone && _entities[static_cast<size_t>(slot)].state.attached) {
+        slot = slotOf(_entities[static_cast<size_t>(slot)].state.parent);
+    }
+    return slot;
+}
+
+void World::standOnGround(GroundQueries& ground, double timeS)
+{
+    if (_clamped == 0) {
+        return;
+    }
+    const auto standOn = [&](uint16_t entity) {
+        if (const int16_t top = topOf(slotOf(entity)); top != kNone) {
+            stand(_entities[static_cast<size_t>(top)], ground, timeS);
+        }
+    };
+    standOn(0); // where views sit that the host has not placed
+    for (const View& view : _views) {
+        standOn(view.entity);
+    }
+    const size_t turns = std::min(_entities.size(), size_t{kFootingsPerFrame});
+    for (size_t turn = 0; turn < turns; ++turn) {
+        _nextFooting = _nextFooting + 1 < _entities.size() ? _nextFooting + 1 : 0;
+        stand(_entities[_nextFooting], ground, timeS);
+    }
 }
 
 // Climbs from the entity to its top-level ancestor: no recursion, however long a chain a host builds.
@@ -170,7 +283,11 @@ World::Pose World::pose(int16_t slot, double timeS) const
     glm::dmat3 turn(1.0);
     for (;;) {
         const Entity& entity = _entities[static_cast<size_t>(slot)];
-        const Motion own = motion(entity, timeS);
+        const Motion own = motion(entity, timeS).motion;
+        if (entity.state.clamp != Clamp::none) {
+            const Pose body = clampedPose(entity, own);
+            return {{body.position.m + body.ecefFromBody * offset}, body.ecefFromBody * turn};
+        }
         offset = own.parentFromBody * offset + own.offsetM;
         turn = own.parentFromBody * turn;
         if (!entity.state.attached) {

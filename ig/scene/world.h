@@ -6,12 +6,23 @@
 // Time. A statement is true at the time it is given with; a view is asked for at a time. In between an entity
 // moves with its rates where extrapolation is on for it and for the world, for at most the horizon: after
 // that it holds. Otherwise it is where the host last put it. Times are seconds of any one clock.
+//
+// Ground. A clamped entity's height is above the ground under it, and with conformal its pitch and roll are
+// from the slope there; it moves along the slope. Its footing is taken once per frame by standOnGround(), at
+// the place where the entity is at that frame's time, and every pose until the next call uses it:
+//   finest terrain      as it is, at once
+//   being read          the terrain at hand, shifted so that nothing jumps; after Footing::kWaitS the shift
+//   ends anyway outside, in a hole  the footing stays; an entity that never had one stands on height 0
+// What a change between these would make jump is kept and let go over Footing::kSettleS. A statement that
+// puts the entity more than Footing::kLeapM from where it was takes the new footing at once.
 #pragma once
 
 #include "ig/geo/attitude.h"
 #include "ig/geo/geodesy.h"
+#include "ig/geo/ground_queries.h"
 #include "ig/geo/view_state.h"
 #include "ig/scene/environment.h"
+#include "ig/scene/footing.h"
 #include "ig/scene/motion.h"
 
 #include <glm/vec3.hpp>
@@ -22,18 +33,25 @@
 
 namespace ig::scene {
 
-// A host's statement about one entity. Top level: geodetic position, attitude from the local horizon.
-// Attached: offset (m) in the parent's body axes, attitude from the parent's axes.
+enum class Clamp : uint8_t {
+    none,
+    level,     // height above the ground, attitude from the local horizon
+    conformal, // height above the ground; pitch and roll from its slope, yaw from north
+};
+
+// A host's statement about one entity. Top level: geodetic position, attitude from the local horizon; clamped
+// as above. Attached: offset (m) in the parent's body axes, attitude from the parent's axes, no clamp.
 struct EntityState {
     uint16_t id = 0;
     bool attached = false;
+    Clamp clamp = Clamp::none;
     uint16_t parent = 0;     // when attached
     Geodetic position;       // when not attached
     glm::dvec3 offsetM{0.0}; // when attached
     YawPitchRoll attitude;
 };
 
-// A host's statement that a body stays on its course over ground: heights, pitch and roll stay.
+// A host's statement that a body stays on its course over ground: heights, pitch, roll and clamp stay.
 struct GroundTrack {
     uint16_t entity = 0;
     double latitudeRad = 0;
@@ -90,11 +108,13 @@ public:
     // Forgets every entity and view, as a host's Reset/Standby orders.
     void reset();
 
-    // timeS: when it was true. The entity keeps its rates.
+    // timeS: when it was true. The entity keeps its rates, as they have become by then.
     Applied set(const EntityState& state, double timeS = 0);
     Applied set(const GroundTrack& track, double timeS = 0);
     // Rates from timeS on; where the entity has got to by then, with its rates so far, is where they begin.
     Applied set(uint16_t entity, const Rates& rates, double timeS);
+    // The same for how rates change.
+    Applied set(uint16_t entity, const Accelerations& accelerations, double timeS);
     // Whether this entity may be moved on; it need not exist yet.
     void allowExtrapolation(uint16_t entity, bool allowed) { _mayMove[entity] = allowed; }
     void set(const Extrapolation& extrapolation) noexcept { _extrapolation = extrapolation; }
@@ -102,6 +122,12 @@ public:
     void destroy(uint16_t entity);
     Applied set(const ViewPlacement& placement);
     Applied set(const ViewShape& shape);
+
+    // Takes the footing of clamped entities for a frame that is displayed at timeS: of those that views sit
+    // on, and of the others at most kFootingsPerFrame, in turns. Nothing is clamped: nothing is done or
+    // asked.
+    void standOnGround(GroundQueries& ground, double timeS);
+    static constexpr int kFootingsPerFrame = 256;
 
     bool has(uint16_t entity) const noexcept { return slotOf(entity) != kNone; }
 
@@ -128,6 +154,8 @@ private:
         EntityState state;
         double timeS = 0; // when it is true
         Rates rates;
+        Accelerations accelerations;
+        Footing footing; // when clamped
     };
     struct View {
         uint16_t id = 0;
@@ -139,8 +167,14 @@ private:
     };
 
     int16_t slotOf(uint16_t entity) const noexcept { return _slotOfEntity[entity]; }
-    // The entity's own motion since its statement; none where it may not be moved on.
-    Motion motion(const Entity& entity, double timeS) const;
+    // The entity's own motion since its statement, and its rates then; none where it may not be moved on.
+    Moved motion(const Entity& entity, double timeS) const;
+    // Makes the state that of timeS, if it is later and the entity moves.
+    void rebase(Entity& entity, double timeS) const;
+    Geodetic clampedPlace(const Entity& entity, const Motion& own) const;
+    Pose clampedPose(const Entity& entity, const Motion& own) const;
+    void stand(Entity& entity, GroundQueries& ground, double timeS) const;
+    int16_t topOf(int16_t slot) const noexcept;
     Pose pose(int16_t slot, double timeS) const;
     bool descends(int16_t slot, int16_t ancestor) const noexcept;
     const View* find(uint16_t view) const noexcept;
@@ -156,6 +190,8 @@ private:
     Extrapolation _extrapolation;
     Environment _environment;
     std::vector<uint16_t> _doomed; // scratch of destroy
+    size_t _clamped = 0;           // entities
+    size_t _nextFooting = 0;       // whose turn it is
     std::vector<View> _views;
 };
 
