@@ -292,10 +292,10 @@ int main(int argc, char** argv)
     app.add_option("--terrain", arguments.terrain, "terrain dataset, .ept (terrain.file)");
     app.add_option("--listen", arguments.listen, "ADDRESS:PORT to receive host packets on (host.listen)");
     app.add_option("--frames", arguments.frames, "stop after this many frames")->check(CLI::PositiveNumber);
-    app.add_option(
-        "--sink", arguments.sinks,
-        "png:DIR, y4m:FILE, raw:FILE, shm:NAME or null, FILE - is standard output; may be repeated "
-        "(output.sinks)");
+    app.add_option("--sink", arguments.sinks,
+                   "png:DIR, y4m:FILE, raw:FILE, gst:PIPELINE, shm:NAME or null, FILE - is standard output; "
+                   "may be repeated "
+                   "(output.sinks)");
     app.add_option("--receipts", arguments.receipts,
                    "write a JSON line per frame to this file (output.receipts)");
     app.add_option("--stats", arguments.stats,
