@@ -145,26 +145,27 @@ Key choice(const char* name, std::vector<std::string> words, Access access)
 
 Key sinkList()
 {
-    return reachedBy([](auto& s) -> auto& { return s.output.sinks; },
-                     {"output.sinks",
-                      "a list of \"png:DIR\", \"y4m:FILE\", \"raw:FILE\", \"shm:NAME\" or \"null\"",
-                      [](const toml::node& node, Settings& settings) {
-                          const auto* list = node.as_array();
-                          if (list == nullptr) {
-                              return false;
-                          }
-                          std::vector<std::string> sinks;
-                          for (const toml::node& item : *list) {
-                              if (!item.is_string()) {
-                                  return false;
-                              }
-                              sinks.push_back(item.as_string()->get());
-                          }
-                          settings.output.sinks = std::move(sinks);
-                          return true;
-                      },
-                      {},
-                      {}});
+    return reachedBy(
+        [](auto& s) -> auto& { return s.output.sinks; },
+        {"output.sinks",
+         "a list of \"png:DIR\", \"y4m:FILE\", \"raw:FILE\", \"gst:PIPELINE\", \"shm:NAME\" or \"null\"",
+         [](const toml::node& node, Settings& settings) {
+             const auto* list = node.as_array();
+             if (list == nullptr) {
+                 return false;
+             }
+             std::vector<std::string> sinks;
+             for (const toml::node& item : *list) {
+                 if (!item.is_string()) {
+                     return false;
+                 }
+                 sinks.push_back(item.as_string()->get());
+             }
+             settings.output.sinks = std::move(sinks);
+             return true;
+         },
+         {},
+         {}});
 }
 
 const std::vector<Key>& allKeys()

@@ -2,6 +2,10 @@
 # Tests and benchmarks of ig/gl and ig/out.
 ig_test(test_out SOURCES ${PROJECT_SOURCE_DIR}/tests/test_out.cpp LIBS ig::out)
 ig_test(test_shm_ring SOURCES ${PROJECT_SOURCE_DIR}/tests/test_shm_ring.cpp LIBS ig::out Threads::Threads)
+if(TARGET ig::out_gst)
+  ig_test(test_video SOURCES ${PROJECT_SOURCE_DIR}/tests/test_video.cpp
+    LIBS ig::out eyepoint::config PkgConfig::GSTREAMER)
+endif()
 # The reader's header is C: built as such, and run, from its place in the tree.
 enable_language(C)
 add_executable(frames_in_c ${PROJECT_SOURCE_DIR}/tests/package/frames.c)

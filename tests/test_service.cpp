@@ -2,6 +2,7 @@
 // How the image generator behaves as a service: notifications, log lines, metrics.
 #include "ig/app/log.h"
 #include "ig/app/log_limiter.h"
+#include "ig/app/log_writer.h"
 #include "ig/app/metrics_server.h"
 #include "ig/app/service_notifier.h"
 #include "ig/app/statistics_file.h"
@@ -16,7 +17,12 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 
+#include <atomic>
+#include <condition_variable>
 #include <cstring>
+#include <filesystem>
+#include <map>
+#include <mutex>
 #include <set>
 
 using namespace ig;
@@ -92,6 +98,32 @@ std::string ask(uint16_t port, const std::string& request)
     REQUIRE(send(client, request.data(), request.size(), MSG_NOSIGNAL) ==
             static_cast<ssize_t>(request.size()));
     return readToEnd(client);
+}
+
+// Whoever passes waits until it is open.
+class Gate {
+public:
+    void open()
+    {
+        const std::lock_guard lock(_mutex);
+        _open = true;
+        _changed.notify_all();
+    }
+    void pass()
+    {
+        std::unique_lock lock(_mutex);
+        _changed.wait(lock, [this] { return _open; });
+    }
+
+private:
+    std::mutex _mutex;
+    std::condition_variable _changed;
+    bool _open = false;
+};
+
+long threadsOfProcess()
+{
+    return std::distance(std::filesystem::directory_iterator("/proc/self/task"), {});
 }
 
 class CollectedLog final : public LogSink {
@@ -207,6 +239,97 @@ TEST_CASE("a log line is keys and values on one line, whatever the values hold")
     CHECK(app::logLine("sink_ended", {{"sink", "png:x"}, {"reason", "No space left"}}) ==
           "event=sink_ended sink=png:x reason=\"No space left\"");
     CHECK(app::logLine("e", {{"a", ""}, {"b", "x=\"1\"\n\\"}}) == "event=e a=\"\" b=\"x=\\\"1\\\" \\\\\"");
+}
+
+TEST_CASE("log lines beyond the queue are dropped and counted, the others come out in order")
+{
+    constexpr int kLines = 2'000; // each of two threads
+    Gate gate;
+    std::vector<std::string> stored;
+    uint64_t dropped = 0;
+    {
+        app::LogWriter writer([&](const app::LogEntry& entry) {
+            gate.pass();
+            stored.push_back(entry.text);
+        });
+        const auto talk = [&](char who) {
+            for (int i = 0; i < kLines; ++i) {
+                writer.offer({{}, LogLevel::info, who + std::to_string(i)});
+            }
+        };
+        std::thread other([&] { talk('a'); });
+        talk('b');
+        other.join(); // both came back although nothing has been stored
+        dropped = writer.dropped();
+        // One line may be in the thread's hands already.
+        CHECK(dropped >= 2 * kLines - app::LogWriter::kQueuedLines - 1);
+        gate.open();
+        writer.flush();
+        writer.offer({{}, LogLevel::info, "a9999"});
+    }
+    std::map<char, int> last{{'a', -1}, {'b', -1}};
+    uint64_t lines = 0;
+    uint64_t told = 0;
+    for (const std::string& line : stored) {
+        if (line.starts_with("event=log_dropped count=")) {
+            told += std::stoull(line.substr(std::strlen("event=log_dropped count=")));
+            continue;
+        }
+        const int number = std::stoi(line.substr(1));
+        CHECK(number > last[line[0]]);
+        last[line[0]] = number;
+        ++lines;
+    }
+    CHECK(last['a'] == 9999); // at the end all that was taken is stored
+    CHECK(lines + dropped == 2 * kLines + 1);
+    CHECK(told == dropped);
+}
+
+TEST_CASE("a log that hangs for good does not hold up the end")
+{
+    const auto gate = std::make_shared<Gate>(); // kept by the thread that is left behind
+    const auto done = std::make_shared<std::atomic<bool>>(false);
+    {
+        app::LogWriter writer([gate, done](const app::LogEntry&) {
+            gate->pass();
+            *done = true;
+        });
+        writer.offer({{}, LogLevel::info, "x"});
+    }
+    CHECK_FALSE(*done);
+    gate->open();
+    while (!*done) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+}
+
+TEST_CASE("the log has a thread only once it has said something, and at its end all is written")
+{
+    const test::TempDir dir;
+    const int kept = dup(STDERR_FILENO);
+    const int file = ::open(dir.file("err").c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+    REQUIRE(dup2(file, STDERR_FILENO) == STDERR_FILENO);
+    auto log = app::makeLog("warning");
+    const auto before = threadsOfProcess();
+    log->write(LogLevel::info, "event=quiet");
+    const auto quiet = threadsOfProcess();
+    log->write(LogLevel::error, "event=loud reason=\"no space\"");
+    const auto loud = threadsOfProcess();
+    for (int i = 0; i < 100; ++i) {
+        log->write(LogLevel::warning, "event=flood");
+    }
+    log->finish();
+    const std::string finished = test::readFile(dir.file("err"));
+    log->write(LogLevel::warning, "event=last");
+    log.reset();
+    dup2(kept, STDERR_FILENO);
+    close(kept);
+    close(file);
+    CHECK(quiet == before);
+    CHECK(loud == before + 1);
+    CHECK_THAT(finished, Contains("level=error event=loud reason=\"no space\"\n"));
+    CHECK_THAT(finished, Contains("kind=flood count=95\n")); // the limiter's, as ever
+    CHECK_THAT(test::readFile(dir.file("err")), Contains("level=warning event=last\n"));
 }
 
 TEST_CASE("metrics count every frame once, in its step")

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Installs the Debian packages that are missing: what building and running needs; with --tests also what the
-# tests need. Does nothing, and needs no rights, when all are there.
+# Installs the Debian packages that are missing: what building and running needs; with --video also what the sink
+# gst: and config/video-rtp.toml need; with --tests all of that and what the tests need. Does nothing, and needs no rights, when all are there.
 set -euo pipefail
 
 packages=(
@@ -12,8 +12,12 @@ packages=(
   libgdal-dev # the terrain compiler alone
   libpcap-dev # eyepoint-replay alone
 )
+if [ "${1:-}" = --video ] || [ "${1:-}" = --tests ]; then
+  packages+=(libgstreamer1.0-dev gstreamer1.0-plugins-base gstreamer1.0-plugins-good gstreamer1.0-plugins-ugly)
+fi
 if [ "${1:-}" = --tests ]; then
-  packages+=(catch2 libgeographiclib-dev libbenchmark-dev tshark clang libclang-rt-14-dev gdal-bin)
+  packages+=(gstreamer1.0-libav # decodes what the video sink sends
+    catch2 libgeographiclib-dev libbenchmark-dev tshark clang libclang-rt-14-dev gdal-bin)
 fi
 
 missing=()

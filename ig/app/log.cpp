@@ -2,6 +2,7 @@
 #include "ig/app/log.h"
 
 #include "ig/app/log_limiter.h"
+#include "ig/app/log_writer.h"
 #include "ig/app/steady_clock.h"
 
 #include <spdlog/sinks/stdout_sinks.h>
@@ -49,15 +50,19 @@ std::string valueText(std::string_view value)
 class StandardError final : public Log {
 public:
     explicit StandardError(const std::string& level)
-        : _logger("eyepoint-ig", std::make_shared<spdlog::sinks::stderr_sink_mt>())
+        : _logger(std::make_shared<spdlog::logger>("eyepoint-ig",
+                                                   std::make_shared<spdlog::sinks::stderr_sink_mt>())),
+          _writer([logger = _logger](const LogEntry& entry) {
+              logger->log(entry.time, spdlog::source_loc{}, levelOf(entry.level), entry.text);
+          })
     {
-        _logger.set_pattern("time=%Y-%m-%dT%H:%M:%S.%eZ level=%l %v", spdlog::pattern_time_type::utc);
+        _logger->set_pattern("time=%Y-%m-%dT%H:%M:%S.%eZ level=%l %v", spdlog::pattern_time_type::utc);
         setLevel(level);
     }
-    void setLevel(const std::string& level) override { _logger.set_level(spdlog::level::from_str(level)); }
+    void setLevel(const std::string& level) override { _logger->set_level(spdlog::level::from_str(level)); }
     void write(LogLevel level, std::string_view line) override
     {
-        if (!_logger.should_log(levelOf(level))) {
+        if (!_logger->should_log(levelOf(level))) {
             return;
         }
         LogLimiter::Verdict verdict;
@@ -72,26 +77,36 @@ public:
         if (verdict.suppressed > 0) {
             text += " suppressed=" + std::to_string(verdict.suppressed);
         }
-        _logger.log(levelOf(level), text);
+        queue(level, std::move(text));
     }
     uint64_t suppressed() const override
     {
         const std::lock_guard lock(_mutex);
         return _limiter.suppressed();
     }
+    uint64_t dropped() const override { return _writer.dropped(); }
     void finish() override
     {
-        const std::lock_guard lock(_mutex);
-        _limiter.drain([&](const std::string& kind, uint64_t count) {
-            _logger.log(spdlog::level::warn,
-                        logLine("suppressed", {{"kind", kind}, {"count", std::to_string(count)}}));
-        });
+        {
+            const std::lock_guard lock(_mutex);
+            _limiter.drain([&](const std::string& kind, uint64_t count) {
+                queue(LogLevel::warning,
+                      logLine("suppressed", {{"kind", kind}, {"count", std::to_string(count)}}));
+            });
+        }
+        _writer.flush();
     }
 
 private:
-    spdlog::logger _logger;
-    mutable std::mutex _mutex;
+    void queue(LogLevel level, std::string text)
+    {
+        _writer.offer({std::chrono::system_clock::now(), level, std::move(text)});
+    }
+
+    const std::shared_ptr<spdlog::logger> _logger;
+    mutable std::mutex _mutex; // held for a look-up
     LogLimiter _limiter;
+    LogWriter _writer;
 };
 
 } // namespace

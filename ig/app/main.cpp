@@ -178,6 +178,7 @@ private:
             _metrics.add(stats);
             _ig.note(_metrics, _schedule.missed());
             _metrics.logSuppressed = _log.suppressed();
+            _metrics.logDropped = _log.dropped();
             _metricsServer->offer(_metrics);
         }
         if (!_notifier.wanted()) {
@@ -261,13 +262,17 @@ int run(const config::Settings& settings, const Arguments& arguments)
     ig::app::installSignals();
     flushDenormals();
     const auto log = ig::app::makeLog(settings.log.level);
+    const auto failAfterLog = [&](const ig::Error& error) {
+        log->finish(); // what led to it stands before it
+        return fail(error);
+    };
     auto generator = ig::app::ImageGenerator::create(settings, *log);
     if (!generator) {
-        return fail(generator.error());
+        return failAfterLog(generator.error());
     }
     Run run(arguments, settings, *log, **generator);
     if (const auto serving = run.serveMetrics(); !serving) {
-        return fail(serving.error());
+        return failAfterLog(serving.error());
     }
     log->write(ig::LogLevel::info, (*generator)->description());
     run.frames(arguments.frames);
@@ -287,10 +292,10 @@ int main(int argc, char** argv)
     app.add_option("--terrain", arguments.terrain, "terrain dataset, .ept (terrain.file)");
     app.add_option("--listen", arguments.listen, "ADDRESS:PORT to receive host packets on (host.listen)");
     app.add_option("--frames", arguments.frames, "stop after this many frames")->check(CLI::PositiveNumber);
-    app.add_option(
-        "--sink", arguments.sinks,
-        "png:DIR, y4m:FILE, raw:FILE, shm:NAME or null, FILE - is standard output; may be repeated "
-        "(output.sinks)");
+    app.add_option("--sink", arguments.sinks,
+                   "png:DIR, y4m:FILE, raw:FILE, gst:PIPELINE, shm:NAME or null, FILE - is standard output; "
+                   "may be repeated "
+                   "(output.sinks)");
     app.add_option("--receipts", arguments.receipts,
                    "write a JSON line per frame to this file (output.receipts)");
     app.add_option("--stats", arguments.stats,

@@ -140,6 +140,7 @@ std::string metricsText(const Metrics& m, const std::vector<std::string>& sinkNa
     text.counter("host_lost_total", m.lost, "Host messages that never came.");
     text.counter("host_late_total", m.late, "Host messages that came too late.");
     text.counter("log_suppressed_total", m.logSuppressed, "Log lines left out for their rate.");
+    text.counter("log_dropped_total", m.logDropped, "Log lines lost because standard error was slow.");
     text.gauge("resident_bytes", residentBytes(), "Memory held.");
     const size_t sinks = std::min(m.sinks.size(), sinkNames.size());
     text.head("sink_written_total", "counter", "Frames that a sink stored or published.");

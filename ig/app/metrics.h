@@ -36,6 +36,7 @@ struct Metrics {
     float errorPx = 0;
     uint64_t datagrams = 0, accepted = 0, lost = 0, late = 0, refused = 0; // of the host
     uint64_t logSuppressed = 0;
+    uint64_t logDropped = 0;
     struct Sink {
         out::SinkStats stats;
         bool lives = true;

@@ -37,6 +37,7 @@ void installSignals() noexcept
     }
     action.sa_handler = SIG_IGN;
     sigaction(SIGPIPE, &action, nullptr);
+    sigaction(SIGXFSZ, &action, nullptr);
 }
 
 bool stopRequested() noexcept

@@ -6,7 +6,8 @@
 
 namespace ig::app {
 
-// SIGINT, SIGTERM: stop. SIGHUP: read the settings again. SIGUSR1: statistics. SIGPIPE is ignored.
+// SIGINT, SIGTERM: stop. SIGHUP: read the settings again. SIGUSR1: statistics. SIGPIPE and
+// SIGXFSZ are ignored: a reader that goes and a limit on file sizes are errors of whoever writes.
 void installSignals() noexcept;
 
 bool stopRequested() noexcept;

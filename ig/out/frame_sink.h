@@ -58,8 +58,11 @@ struct SinkFormat {
 //   png:DIR     DIR/frame_000000.png ...; the directory is made when missing
 //   y4m:FILE    uncompressed YUV 4:2:0 video (BT.601 limited range); FILE "-" is standard output
 //   raw:FILE    RGBA8 frames one after another, nothing between; FILE "-" is standard output
+//   gst:PIPE    a GStreamer pipeline without its source, "videoconvert ! x264enc ! ..."; it starts with the
+//               first frame, so that what is wrong with it is the error of a later write(); see gst_writer.h
 //   shm:NAME    a ring in shared memory, read with eyepoint_frames.h; see shm_ring.h
-// Errors (usage): an unknown kind, an empty name, a directory, file or ring that cannot be made.
+// Errors (usage): an unknown kind, one that the build leaves out, an empty name, a directory, file or ring
+// that cannot be made.
 Result<std::unique_ptr<FrameSink>> makeSink(std::string_view description, const SinkFormat& format);
 
 } // namespace ig::out

@@ -72,6 +72,7 @@ Result<void> QueuedSink::write(const Frame& frame)
     // Only this thread fills, and the writer does not look past _count: no lock for the copy.
     std::memcpy(_ring[at].rgba.data(), frame.rgba.data(), _ring[at].rgba.size());
     _ring[at].number = frame.number;
+    _ring[at].receipt = frame.receipt != nullptr ? std::optional(*frame.receipt) : std::nullopt;
     {
         const std::lock_guard lock(_mutex);
         ++_count;
@@ -104,8 +105,12 @@ void QueuedSink::run()
             break;
         const Slot& slot = _ring[_first];
         lock.unlock();
-        const Result<void> written =
-            _writer->write({_format.widthPx, _format.heightPx, slot.rgba, slot.number});
+        const Result<void> written = _writer->write({_format.widthPx,
+                                                     _format.heightPx,
+                                                     slot.rgba,
+                                                     slot.number,
+                                                     {},
+                                                     slot.receipt ? &*slot.receipt : nullptr});
         lock.lock();
         if (!written) {
             _error = written.error();

@@ -34,6 +34,7 @@ private:
     struct Slot {
         std::vector<std::byte> rgba;
         uint64_t number = 0;
+        std::optional<Receipt> receipt;
     };
 
     void run();

@@ -6,9 +6,7 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <cstring>
-#include <numeric>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -62,24 +60,6 @@ private:
 };
 
 } // namespace
-
-Rate rateFraction(double rateHz) noexcept
-{
-    if (!(rateHz > 0.0 && rateHz <= 1e6))
-        return {};
-    for (int denominator = 1; denominator <= 1001; ++denominator) {
-        const double numerator = std::round(rateHz * denominator);
-        if (numerator >= 1.0 && std::abs(numerator / denominator - rateHz) <= 1e-9 * rateHz)
-            return {static_cast<int>(numerator), denominator};
-    }
-    // 1e6 * 2000 would overflow: a rate that high has few digits left behind the point.
-    const int scale = rateHz < 2000.0 ? 1'000'000 : 1'000;
-    const int numerator = static_cast<int>(std::round(rateHz * scale));
-    if (numerator == 0)
-        return {};
-    const int divisor = std::gcd(numerator, scale);
-    return {numerator / divisor, scale / divisor};
-}
 
 Result<std::unique_ptr<FrameWriter>> makeY4mWriter(const std::string& path, const SinkFormat& format)
 {

@@ -37,8 +37,9 @@ int main(int argc, char** argv)
     CLI::App app{"Takes frames out of the ring of an image generator (its sink shm:NAME) and reports how."};
     frames::Options options;
     app.add_option("NAME", options.ring, "name of the ring")->required();
-    app.add_option("--to", options.sinks,
-                   "png:DIR, y4m:FILE, raw:FILE or null, FILE - is standard output; may be repeated")
+    app.add_option(
+           "--to", options.sinks,
+           "png:DIR, y4m:FILE, raw:FILE, gst:PIPELINE or null, FILE - is standard output; may be repeated")
         ->allow_extra_args(false); // the name may come after it
     app.add_option("--frames", options.count, "stop after this many frames")->check(CLI::PositiveNumber);
     app.add_option("--wait", options.waitS, "seconds to wait for the ring and for each frame")

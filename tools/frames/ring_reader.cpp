@@ -127,7 +127,11 @@ ig::Result<Report> follow(const Options& options, const volatile std::sig_atomic
             note(report, receipt, monotonicNs());
             for (auto& sink : *sinks) {
                 if (auto written = sink->write({static_cast<int>(ring.width_px),
-                                                static_cast<int>(ring.height_px), rgba, receipt.frame});
+                                                static_cast<int>(ring.height_px),
+                                                rgba,
+                                                receipt.frame,
+                                                {},
+                                                &receipt});
                     !written)
                     return ig::Unexpected{written.error()};
             }
