@@ -36,7 +36,7 @@ void BintreePage::set(const TerrainShape& shape, const PageNode& node, const Pag
         }
     }
     _largestErrorM = decodeM(error);
-    _largestRadiusM = decodeM(radius);
+    _largestRadiusM = decodeRadiusM(radius);
 }
 
 } // namespace ig::lod

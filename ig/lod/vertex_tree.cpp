@@ -32,6 +32,7 @@ VertexTree::VertexTree(PageGraph& graph, bool cullVertices, size_t expected)
 {
     for (size_t code = 0; code < _codeM.size(); ++code) {
         _codeM[code] = decodeM(static_cast<uint8_t>(code));
+        _radiusM[code] = decodeRadiusM(static_cast<uint8_t>(code));
     }
     _bucket.fill(kNoChunk);
     _chunks.reserve(kBuckets + expected / 4);
@@ -238,7 +239,7 @@ void VertexTree::evaluate(VertexId v)
     if (code == 0) {
         return; // never wanted
     }
-    const double radiusM = _codeM[page.radiusCode(post)];
+    const double radiusM = _radiusM[page.radiusCode(post)];
     const glm::dvec3 ray = page.position(post) - _criteria.eye;
     const double distanceM = std::sqrt(glm::dot(ray, ray));
     const double withinM = _reachM[code] + radiusM;
@@ -366,7 +367,7 @@ double VertexTree::heldBackPx(double alpha, double nearM)
         }
         const BintreePage& page = _graph[static_cast<int32_t>(v / kPagePostTotal)].vertices;
         const uint32_t post = v % kPagePostTotal;
-        const double radiusM = _codeM[page.radiusCode(post)];
+        const double radiusM = _radiusM[page.radiusCode(post)];
         const glm::dvec3 ray = page.position(post) - _criteria.eye;
         for (const glm::dvec4& plane : _criteria.planes) {
             if (glm::dot(glm::dvec3(plane), ray) + plane.w < -radiusM) {

@@ -103,7 +103,7 @@ private:
     bool _cullVertices;
     Criteria _criteria;
     bool _fresh = true; // nothing is known yet
-    std::array<double, 256> _codeM{};
+    std::array<double, 256> _codeM{}, _radiusM{};
     std::array<double, 256> _reachM{};   // kappa delta of each code
     std::vector<State> _state;           // by VertexId
     std::vector<uint32_t> _activeCount;  // by slot

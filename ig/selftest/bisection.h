@@ -54,7 +54,7 @@ inline double morphWeight(const lod::MorphState& morph, uint8_t errorCode, uint8
     if (delta == 0.0) {
         return 1.0;
     }
-    const double far = (morph.reach * delta + lod::decodeM(radiusCode) - distanceM) /
+    const double far = (morph.reach * delta + lod::decodeRadiusM(radiusCode) - distanceM) /
                        (lod::kMorphBand * morph.reach * delta);
     const double cut = (delta - morph.cutM) / (lod::kMorphBand * delta);
     return std::clamp(std::min(far, cut), 0.0, 1.0);

@@ -90,15 +90,15 @@ void time(Report& report)
     constexpr uint32_t kLargest = 24'000;
     const auto steady = [](double) { return 0.6; };
     const auto price = [](double) { return CostCurve{}; };
-    const BudgetOutcome tight = simulate({steady, price, 0.03}, {0.1, kSmallest, kLargest});
+    const BudgetOutcome tight = simulateBudget({steady, price, 0.03}, {0.1, kSmallest, kLargest});
     report.atMost(kArea, "time budget of 0.1 ms", "largest triangle budget", "", kSmallest,
                   *std::max_element(tight.budgets.begin(), tight.budgets.end()));
-    const BudgetOutcome ample = simulate({steady, price, 0.03}, {1'000, kSmallest, kLargest});
+    const BudgetOutcome ample = simulateBudget({steady, price, 0.03}, {1'000, kSmallest, kLargest});
     report.atLeast(kArea, "time budget of 1 s", "last triangle budget", "", kLargest, ample.budgets.back());
     report.atMost(kArea, "time budget of 1 s", "reversals a minute", "", 0, ample.reversalsPerMinute);
 
     for (const double noise : {0.03, 0.10}) {
-        const BudgetOutcome jumps = simulate({steady, jumpingCurve, noise}, {10, kSmallest, kLargest});
+        const BudgetOutcome jumps = simulateBudget({steady, jumpingCurve, noise}, {10, kSmallest, kLargest});
         const std::string name = noise < 0.05 ? "cost x4 and back every 15 s, 3 % noise"
                                               : "cost x4 and back every 15 s, 10 % noise";
         // At 10 % some frames of a steady scene are a third dearer than the mean; twice of all is allowed.

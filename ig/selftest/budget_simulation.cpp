@@ -9,7 +9,7 @@
 
 namespace ig::selftest {
 
-BudgetOutcome simulate(const CostScene& scene, const lod::BudgetControllerSettings& settings)
+BudgetOutcome simulateBudget(const CostScene& scene, const lod::BudgetControllerSettings& settings)
 {
     constexpr double kPeriodMs = 1000 / kSimulatedRateHz;
     constexpr double kUsed = 0.97;

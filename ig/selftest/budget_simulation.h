@@ -36,7 +36,7 @@ struct BudgetOutcome {
     std::vector<double> costsMs; // without noise
 };
 
-BudgetOutcome simulate(const CostScene& scene, const lod::BudgetControllerSettings& settings);
+BudgetOutcome simulateBudget(const CostScene& scene, const lod::BudgetControllerSettings& settings);
 
 // Four times as dear for 15 s, then as before for 15 s.
 CostCurve jumpingCurve(double timeS);
