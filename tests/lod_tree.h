@@ -5,6 +5,7 @@
 
 #include "ig/lod/tree_selector.h"
 #include "ig/lod/vertex_error.h"
+#include "ig/selftest/bisection.h"
 #include "lod_terrain.h"
 
 #include <glm/geometric.hpp>
@@ -15,30 +16,9 @@
 
 namespace test {
 
-using Post = std::array<int, 2>; // column, row of the full grid
-
-inline int spacing(int col, int row)
-{
-    return (col | row) & -(col | row);
-}
-
-// Ends of the edge that a vertex splits, then its apexes (one may lie outside the grid).
-inline std::array<Post, 4> splitOf(int col, int row)
-{
-    const int s = spacing(col, row);
-    const bool oddCol = (col / s) % 2 != 0;
-    const bool oddRow = (row / s) % 2 != 0;
-    if (oddCol && oddRow) {
-        const Post corner = {((col - s) / (2 * s)) % 2 != 0 ? col - s : col + s,
-                             ((row - s) / (2 * s)) % 2 != 0 ? row - s : row + s};
-        const Post opposite = {2 * col - corner[0], 2 * row - corner[1]};
-        return {corner, opposite, Post{corner[0], opposite[1]}, Post{opposite[0], corner[1]}};
-    }
-    if (oddCol) {
-        return {Post{col - s, row}, Post{col + s, row}, Post{col, row - s}, Post{col, row + s}};
-    }
-    return {Post{col, row - s}, Post{col, row + s}, Post{col - s, row}, Post{col + s, row}};
-}
+using ig::selftest::Post;
+using ig::selftest::spacing;
+using ig::selftest::splitOf;
 
 // What a dataset has of a page.
 struct TreePage {
@@ -60,34 +40,19 @@ struct TreeTerrain : Terrain {
         return ig::toEcef(test::at(shape, c, r, height[at(col, row)] * 0.1), shape.ellipsoid).m;
     }
     ig::lod::MorphState morph;
-    // Whether a corner of the triangles that the vertex splits is padding: such vertices do not morph.
     bool touchesPadding(int col, int row) const
     {
-        for (const Post& corner : splitOf(col, row)) {
-            const bool exists = corner[0] >= 0 && corner[1] >= 0 && corner[0] <= size && corner[1] <= size;
-            if (exists &&
-                (corner[0] >= static_cast<int>(shape.cols) || corner[1] >= static_cast<int>(shape.rows))) {
-                return true;
-            }
-        }
-        return false;
+        return ig::selftest::touchesPadding(col, row, size, static_cast<int>(shape.cols),
+                                            static_cast<int>(shape.rows));
     }
     // Weight of a vertex as the vertex shader works it out.
     double weight(int col, int row, const glm::dvec3& eye) const
     {
-        if (col % size == 0 && row % size == 0) {
+        if ((col % size == 0 && row % size == 0) || touchesPadding(col, row)) {
             return 1.0;
         }
-        using namespace ig::lod;
-        if (touchesPadding(col, row)) {
-            return 1.0;
-        }
-        const double delta = decodeM(errorCode[at(col, row)]);
-        const double r = decodeM(radiusCode[at(col, row)]);
-        const double far = (morph.reach * delta + r - glm::length(position(col, row) - eye)) /
-                           (kMorphBand * morph.reach * delta);
-        const double cut = (delta - morph.cutM) / (kMorphBand * delta);
-        return std::clamp(std::min(far, cut), 0.0, 1.0);
+        return ig::selftest::morphWeight(morph, errorCode[at(col, row)], radiusCode[at(col, row)],
+                                         glm::length(position(col, row) - eye));
     }
 };
 
@@ -97,37 +62,17 @@ inline double
 deviation(const TreeTerrain& t, const std::array<Post, 3>& posts, const std::array<glm::dvec3, 3>& places,
           const std::function<void(const glm::dvec3& truth, const glm::dvec3& drawn)>& each = nullptr)
 {
-    const int lastCol = static_cast<int>(t.shape.cols) - 1;
-    const int lastRow = static_cast<int>(t.shape.rows) - 1;
-    std::array<std::array<double, 2>, 3> c{};
-    for (size_t k = 0; k < 3; ++k) {
-        c[k] = {static_cast<double>(std::min(posts[k][0], lastCol)),
-                static_cast<double>(std::min(posts[k][1], lastRow))};
-    }
-    const double area = (c[1][0] - c[0][0]) * (c[2][1] - c[0][1]) - (c[2][0] - c[0][0]) * (c[1][1] - c[0][1]);
-    if (area == 0.0) {
-        return 0.0;
-    }
     double worst = 0;
-    const auto [west, east] = std::minmax({c[0][0], c[1][0], c[2][0]});
-    const auto [north, south] = std::minmax({c[0][1], c[1][1], c[2][1]});
-    for (int row = static_cast<int>(north); row <= static_cast<int>(south); ++row) {
-        for (int col = static_cast<int>(west); col <= static_cast<int>(east); ++col) {
-            const double u =
-                ((col - c[0][0]) * (c[2][1] - c[0][1]) - (c[2][0] - c[0][0]) * (row - c[0][1])) / area;
-            const double v =
-                ((c[1][0] - c[0][0]) * (row - c[0][1]) - (col - c[0][0]) * (c[1][1] - c[0][1])) / area;
-            if (u < -1e-12 || v < -1e-12 || u + v > 1 + 1e-12) {
-                continue;
-            }
-            const glm::dvec3 drawn = places[0] * (1 - u - v) + places[1] * u + places[2] * v;
-            const glm::dvec3 truth = t.position(col, row);
-            worst = std::max(worst, glm::length(truth - drawn));
-            if (each) {
-                each(truth, drawn);
-            }
-        }
-    }
+    ig::selftest::forPostsUnder(posts, static_cast<int>(t.shape.cols), static_cast<int>(t.shape.rows),
+                                [&](int col, int row, double u, double v) {
+                                    const glm::dvec3 drawn =
+                                        places[0] * (1 - u - v) + places[1] * u + places[2] * v;
+                                    const glm::dvec3 truth = t.position(col, row);
+                                    worst = std::max(worst, glm::length(truth - drawn));
+                                    if (each) {
+                                        each(truth, drawn);
+                                    }
+                                });
     return worst;
 }
 

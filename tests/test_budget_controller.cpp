@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The controller of the triangle budget against stated cost curves with seeded noise: a frame costs
-//   (fixed + fill * share + perKiloTriangle * triangles / 1000) * (1 + noise * N(0, 1))  ms,
-// and draws 97 % of its budget, as whole tiles do.
+// The controller of the triangle budget against stated cost curves (ig/selftest/budget_simulation.h).
 #include "ig/lod/budget_controller.h"
 #include "ig/lod/budget_reversals.h"
+#include "ig/selftest/budget_simulation.h"
 
 #include <catch2/catch.hpp>
 
@@ -19,84 +18,19 @@ using namespace ig;
 namespace {
 
 constexpr double kTwoPi = 6.283185307179586;
-constexpr double kRateHz = 60;
-constexpr double kPeriodMs = 1000 / kRateHz;
+constexpr double kRateHz = selftest::kSimulatedRateHz;
 constexpr double kTargetMs = 10;
 constexpr uint32_t kSmallest = 512;
 constexpr uint32_t kLargest = 24'000;
 
-struct Curve {
-    double fixedMs = 2.5, fillMs = 4.0, perKiloTriangleMs = 0.25;
-};
-
-struct Scene {
-    std::function<double(double)> share; // of the time, s
-    std::function<Curve(double)> curve;
-    double noise = 0;
-    double spikes = 0; // share of the frames that take two to four times as long
-    double minutes = 10;
-};
-
-struct Outcome {
-    double reversalsPerMinute = 0, turnsPerMinute = 0;
-    double missedShare = 0;     // frames longer than the period, after the first three seconds
-    double affordableShare = 0; // mean of budget / what an oracle would have given
-    double p99OverMean = 0;     // of the cost without its noise, after the first three seconds
-    int longestOver = 0;        // frames in a row whose cost without noise is above the target by a tenth
-    std::vector<uint32_t> budgets;
-    std::vector<double> costsMs; // without noise
-};
+using Curve = selftest::CostCurve;
+using Scene = selftest::CostScene;
+using Outcome = selftest::BudgetOutcome;
 
 Outcome simulate(const Scene& scene,
                  const lod::BudgetControllerSettings& settings = {kTargetMs, kSmallest, kLargest})
 {
-    constexpr double kUsed = 0.97;
-    constexpr size_t kSettling = 180;
-    lod::BudgetController controller(settings);
-    lod::BudgetReversals reversals;
-    std::mt19937 random(1);
-    std::normal_distribution<double> normal(0, 1);
-    std::uniform_real_distribution<double> uniform(0, 1);
-    const auto frames = static_cast<size_t>(scene.minutes * 60 * kRateHz);
-    Outcome out;
-    int over = 0;
-    for (size_t i = 0; i < frames; ++i) {
-        const double timeS = static_cast<double>(i) / kRateHz;
-        const double share = scene.share(timeS);
-        const Curve curve = scene.curve(timeS);
-        const uint32_t budget = controller.budgetFor(share);
-        const auto drawn = static_cast<uint32_t>(kUsed * budget);
-        const double mean = curve.fixedMs + curve.fillMs * share + curve.perKiloTriangleMs * drawn * 1e-3;
-        double cost = mean * std::max(0.2, 1 + scene.noise * normal(random));
-        if (uniform(random) < scene.spikes) {
-            cost *= 2 + 2 * uniform(random);
-        }
-        controller.observe(cost, share, drawn);
-        reversals.add(budget);
-        out.budgets.push_back(budget);
-        out.costsMs.push_back(mean);
-        over = mean > 1.1 * settings.targetMs ? over + 1 : 0;
-        if (i >= kSettling) {
-            const double ideal =
-                (settings.targetMs - curve.fixedMs - curve.fillMs * share) / curve.perKiloTriangleMs * 1e3;
-            out.affordableShare +=
-                budget / std::clamp<double>(ideal, settings.smallestBudget, settings.largestBudget);
-            out.missedShare += cost > kPeriodMs ? 1 : 0;
-            out.longestOver = std::max(out.longestOver, over);
-        }
-    }
-    const auto counted = static_cast<double>(frames - kSettling);
-    out.affordableShare /= counted;
-    out.missedShare /= counted;
-    out.reversalsPerMinute = static_cast<double>(reversals.reversals()) / scene.minutes;
-    out.turnsPerMinute = static_cast<double>(reversals.turns()) / scene.minutes;
-    std::vector<double> sorted(out.costsMs.begin() + kSettling, out.costsMs.end());
-    double sum = 0;
-    for (const double cost : sorted) {
-        sum += cost;
-    }
-    std::sort(sorted.begin(), sorted.end());
-    out.p99OverMean = sorted[sorted.size() * 99 / 100] / (sum / counted);
+    Outcome out = selftest::simulateBudget(scene, settings);
     CHECK(*std::min_element(out.budgets.begin(), out.budgets.end()) >= settings.smallestBudget);
     CHECK(*std::max_element(out.budgets.begin(), out.budgets.end()) <= settings.largestBudget);
     return out;
@@ -122,13 +56,6 @@ Curve steadyCurve(double)
 Curve swingingTriangles(double timeS)
 {
     return {2.5, 4.0, 0.25 * std::pow(2.0, 0.5 * std::sin(kTwoPi * timeS / 13))};
-}
-
-// Four times as dear for 15 s, then as before for 15 s.
-Curve jumpingCurve(double timeS)
-{
-    const double factor = std::fmod(timeS, 30) >= 15 ? 4 : 1;
-    return {0.8 * factor, 1.5 * factor, 0.2 * factor};
 }
 
 } // namespace
@@ -181,7 +108,7 @@ TEST_CASE("the budget follows triangles that become dearer and cheaper")
 
 TEST_CASE("when frames cost four times as much, the time holds again after four frames")
 {
-    const Outcome jumps = simulate({steadyShare, jumpingCurve, 0.03});
+    const Outcome jumps = simulate({steadyShare, selftest::jumpingCurve, 0.03});
     CHECK(jumps.reversalsPerMinute <= 10);
     CHECK(jumps.missedShare <= 0.01);
     CHECK(jumps.affordableShare >= 0.85);

@@ -227,11 +227,11 @@ TEST_CASE("a larger budget draws a smaller error, until the tolerance is met")
         GeomipSelector selector(terrain.shape, terrain.pages, {budget, 4.0F});
         DrawList list;
         selector.select(view, terrain.slotOfPage, list);
-        CHECK((list.stats.errorPx < last || list.stats.errorPx <= 4.0F));
-        CHECK(list.stats.errorPx <= list.stats.tauPx);
+        CHECK((list.stats.errorPx < last || list.stats.errorPx <= pictureBoundPx(view, 4.0)));
+        CHECK(list.stats.errorPx <= pictureBoundPx(view, list.stats.tauPx));
         last = list.stats.errorPx;
     }
-    CHECK(last <= 4.0F);
+    CHECK(last <= pictureBoundPx(view, 4.0));
 }
 
 TEST_CASE("a budget set for one selection gives what a selector made for that budget gives")

@@ -9,6 +9,10 @@
 #include "ig/app/statistics_file.h"
 #include "ig/app/steady_clock.h"
 
+#if defined(EYEPOINT_SELFTEST)
+#include "ig/selftest/selftest.h"
+#endif
+
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
@@ -37,6 +41,8 @@ struct Arguments {
     std::vector<std::string> sinks, assignments;
     uint64_t frames = 0;
     bool checkConfig = false;
+    bool selfTest = false;
+    std::string json; // of the self-test; empty: the table on standard output
 };
 
 int fail(const ig::Error& error)
@@ -86,7 +92,8 @@ ig::Result<config::Settings> settingsOf(const Arguments& arguments)
     if (!arguments.sinks.empty()) {
         settings.output.sinks = arguments.sinks;
     }
-    if (auto checked = config::check(settings); !checked) {
+    // The self-test brings its own terrain.
+    if (auto checked = config::check(settings); !checked && !arguments.selfTest) {
         return ig::Unexpected{checked.error()};
     }
     if (!settings.output.stats.empty()) {
@@ -282,6 +289,30 @@ int run(const config::Settings& settings, const Arguments& arguments)
     return 0;
 }
 
+#if defined(EYEPOINT_SELFTEST)
+int selfTest(const Arguments& arguments, const config::Settings& settings)
+{
+    ig::selftest::Settings wanted;
+    wanted.deviceIndex = static_cast<int>(settings.graphics.device);
+    const auto outcome = ig::selftest::run(wanted);
+    if (!outcome) {
+        return fail(outcome.error());
+    }
+    const ig::selftest::Report& report = outcome->report;
+    if (arguments.json == "-") {
+        std::fputs(report.json(outcome->target).c_str(), stdout);
+    } else {
+        std::printf("%s%s\n", report.table().c_str(), outcome->target.c_str());
+        if (!arguments.json.empty()) {
+            if (auto written = ig::app::writeFile(arguments.json, report.json(outcome->target)); !written) {
+                return fail(written.error());
+            }
+        }
+    }
+    return report.passes() ? 0 : ig::exitCode(ig::ErrorKind::failed);
+}
+#endif
+
 } // namespace
 
 int main(int argc, char** argv)
@@ -302,6 +333,13 @@ int main(int argc, char** argv)
                    "write statistics as JSON to this file at the end (output.stats)");
     app.add_option("--set", arguments.assignments, "section.key=value, over the file; may be repeated");
     app.add_flag("--check-config", arguments.checkConfig, "check the settings and end");
+#if defined(EYEPOINT_SELFTEST)
+    auto* selfTestFlag = app.add_flag("--selftest", arguments.selfTest,
+                                      "measure the extreme cases on this machine, print them against their "
+                                      "limits, and end: 0 when all hold");
+    app.add_option("--json", arguments.json, "with --selftest: as JSON to this file, - for standard output")
+        ->needs(selfTestFlag);
+#endif
     app.set_version_flag("--version", "eyepoint-ig " EYEPOINT_VERSION);
     try {
         app.parse(argc, argv);
@@ -317,6 +355,11 @@ int main(int argc, char** argv)
         return 0;
     }
     try {
+#if defined(EYEPOINT_SELFTEST)
+        if (arguments.selfTest) {
+            return selfTest(arguments, *settings);
+        }
+#endif
         return run(*settings, arguments);
     } catch (const std::bad_alloc&) {
         return fail(

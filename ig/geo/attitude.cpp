@@ -3,7 +3,6 @@
 
 #include "ig/geo/geodesy.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace ig {
@@ -24,8 +23,9 @@ glm::dmat3 parentFromChild(const YawPitchRoll& attitude) noexcept
 YawPitchRoll yawPitchRoll(const glm::dmat3& m) noexcept
 {
     YawPitchRoll out;
-    out.pitchRad = std::asin(std::clamp(-m[0].z, -1.0, 1.0));
-    if (std::hypot(m[0].x, m[0].y) > 1e-12) {
+    const double level = std::hypot(m[0].x, m[0].y);
+    out.pitchRad = std::atan2(-m[0].z, level); // the arc sine loses half the digits near 90 degrees
+    if (level > 1e-12) {
         out.yawRad = std::atan2(m[0].y, m[0].x);
         out.rollRad = std::atan2(m[1].z, m[2].z);
     } else {

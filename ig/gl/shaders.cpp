@@ -52,7 +52,7 @@ uniform vec2 u_morph; // 1 / reach, cut
 vec3 morphed(float distanceM)
 {
     vec2 sizeM = metres();
-    float radiusM = a_codes.y > 0.0 ? sizeM.y : 0.0;
+    float radiusM = a_codes.y > 254.5 ? 1e9 : a_codes.y > 0.0 ? sizeM.y : 0.0; // as decodeRadiusM()
     float behind = min((radiusM - distanceM) * u_morph.x, -u_morph.y);
     float w = clamp((1.0 + behind / sizeM.x) * (1.0 / MORPH_BAND), 0.0, 1.0);
     return ((1.0 - w) * sizeM.x) * a_toMiddle;

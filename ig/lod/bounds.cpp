@@ -115,6 +115,17 @@ double distanceToTriangleM(const glm::dvec3& point, const glm::dvec3& a, const g
     return std::min({toSegment(a, b), toSegment(b, c), toSegment(c, a)});
 }
 
+float pictureBoundPx(const ViewState& view, double px) noexcept
+{
+    const Frustum& f = view.frustum;
+    const double x = std::max(std::abs(f.left), std::abs(f.right));
+    const double y = std::max(std::abs(f.bottom), std::abs(f.top));
+    const double stretch = 1.0 + x * x + y * y; // 1 / cos^2 theta in the farthest corner
+    const double rest = 1.0 - px / pixelsPerRadian(view) * std::sqrt(stretch);
+    constexpr double kUnbounded = 1e30;
+    return static_cast<float>(rest > 0.0 ? std::min(px * stretch / rest, kUnbounded) : kUnbounded);
+}
+
 Visibility::Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double lowestHeightM) noexcept
     : _planes(frustumPlanes(view)), _eye(view.eye.m)
 {

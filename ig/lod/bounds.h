@@ -46,6 +46,12 @@ double distanceM(const TileBox& box, const EcefPos& eye) noexcept;
 double distanceToTriangleM(const glm::dvec3& point, const glm::dvec3& a, const glm::dvec3& b,
                            const glm::dvec3& c) noexcept;
 
+// The most that a point of the picture is moved by a displacement of which alpha e / distance is px, alpha as
+// pixelsPerRadian(): at an angle theta from the picture's middle, e at distance d moves a point by at most
+// alpha e / (d cos^2 theta (1 - e / (d cos theta))) pixels. 1e30 where there is no bound: the point may be
+// nearer than e.
+float pictureBoundPx(const ViewState& view, double px) noexcept;
+
 // What one view can see of boxes. A mask bit per frustum plane says that the plane still has to be
 // tested: a box wholly inside a plane clears the bit, and nothing below it tests that plane again.
 class Visibility {

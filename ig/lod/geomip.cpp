@@ -283,6 +283,7 @@ void GeomipSelector::emit(const TileTree& tree, const TileTree::Look& look, Draw
             kTileTriangles - kStitchedSideTriangles * std::popcount(unsigned{item.stitch}));
         out.items.push_back(item);
     }
+    out.stats.errorPx = pictureBoundPx(look.view, out.stats.errorPx);
     assert(out.stats.triangles <= _settings.triangleBudget);
 }
 

@@ -95,7 +95,7 @@ void PageGraph::findLargest(Slot& slot, const PageData& data) noexcept
         }
     }
     slot.largestErrorM = decodeM(error);
-    slot.largestRadiusM = decodeM(radius);
+    slot.largestRadiusM = decodeRadiusM(radius);
 }
 
 void PageGraph::remove(uint32_t number)

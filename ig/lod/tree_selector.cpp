@@ -318,7 +318,7 @@ double TreeSelector::missingPx(const Visit& parent, size_t quadrant, const ViewS
     for (uint32_t row = north; row <= north + kHalf; ++row) {
         for (uint32_t col = west + (row + 1) % 2; col <= west + kHalf; col += 2) {
             const uint32_t post = row * kPagePosts + col;
-            const double radiusM = decodeM(_tree.radiusCode(first + post));
+            const double radiusM = _tree.radiusM(first + post);
             const glm::dvec3 ray = _tree.position(first + post) - view.eye.m;
             const bool outside = std::any_of(_planes.begin(), _planes.end(), [&](const glm::dvec4& plane) {
                 return glm::dot(glm::dvec3(plane), ray) + plane.w < -radiusM;
@@ -395,7 +395,7 @@ void TreeSelector::finish(const ViewState& view, DrawList& out)
     const double tauPx =
         _reach > 0.0 ? _alpha / _reach : _alpha * _graph[_graph.root()].largestErrorM / nearM;
     out.stats.tauPx = static_cast<float>(std::min(tauPx, 1e30));
-    out.stats.errorPx = boundPx(view, cutPx(view, std::max(tauPx, _missingPx)));
+    out.stats.errorPx = pictureBoundPx(view, cutPx(view, std::max(tauPx, _missingPx)));
 }
 
 // The bound with what the cut leaves out: see the header.
@@ -410,19 +410,6 @@ double TreeSelector::cutPx(const ViewState& view, double px) const
         px = _lists.boundPx(visit.slot, cut, px);
     }
     return px;
-}
-
-// From alpha delta / distance to pixels anywhere in the picture: at an angle theta from its middle a
-// displacement e at distance d moves a point by at most alpha e / (d cos^2 theta (1 - e / (d cos theta))).
-float TreeSelector::boundPx(const ViewState& view, double px) const noexcept
-{
-    const Frustum& f = view.frustum;
-    const double x = std::max(std::abs(f.left), std::abs(f.right));
-    const double y = std::max(std::abs(f.bottom), std::abs(f.top));
-    const double stretch = 1.0 + x * x + y * y; // 1 / cos^2 theta in the farthest corner
-    const double rest = 1.0 - px / _alpha * std::sqrt(stretch);
-    constexpr double kUnbounded = 1e30;
-    return static_cast<float>(rest > 0.0 ? std::min(px * stretch / rest, kUnbounded) : kUnbounded);
 }
 
 } // namespace ig::lod

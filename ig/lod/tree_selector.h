@@ -107,7 +107,6 @@ private:
     void choosePages();
     uint32_t gatherLists(const ViewState& view, DrawList& out);
     void finish(const ViewState& view, DrawList& out);
-    float boundPx(const ViewState& view, double px) const noexcept;
 
     TerrainShape _shape;
     std::span<const PageNode> _pages;

@@ -42,6 +42,14 @@ inline double decodeM(uint8_t code) noexcept
     return code == 0 ? 0.0 : kSmallestCodeM * std::exp2((code - 1) / static_cast<double>(kCodesPerOctave));
 }
 
+// Metres of a code of a radius. The largest stands for all that codes cannot say: a ball of 3,700 km or more
+// is only met on a whole planet, and holds it.
+inline double decodeRadiusM(uint8_t code) noexcept
+{
+    constexpr double kAnyPlanetM = 1e9;
+    return code == 255 ? kAnyPlanetM : decodeM(code);
+}
+
 // The smallest code whose metres are at least these; 255 for what is larger than all, and for NaN.
 inline uint8_t encodeUpM(double metres) noexcept
 {

@@ -32,6 +32,7 @@ VertexTree::VertexTree(PageGraph& graph, bool cullVertices, size_t expected)
 {
     for (size_t code = 0; code < _codeM.size(); ++code) {
         _codeM[code] = decodeM(static_cast<uint8_t>(code));
+        _radiusM[code] = decodeRadiusM(static_cast<uint8_t>(code));
     }
     _bucket.fill(kNoChunk);
     _chunks.reserve(kBuckets + expected / 4);
@@ -271,7 +272,7 @@ void VertexTree::evaluate(VertexId v)
     if (code == 0) {
         return; // never wanted
     }
-    const double radiusM = _codeM[_vertex[v].radiusCode];
+    const double radiusM = this->radiusM(v);
     const glm::dvec3 ray = position(v) - _criteria.eye;
     const double distanceM = std::sqrt(glm::dot(ray, ray));
     const double withinM = _reachM[code] + radiusM;

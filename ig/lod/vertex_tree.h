@@ -57,7 +57,7 @@ public:
     }
     // What a resident page says of any of its posts, whoever introduces it.
     uint8_t errorCode(VertexId v) const noexcept { return _vertex[v].errorCode; }
-    uint8_t radiusCode(VertexId v) const noexcept { return _vertex[v].radiusCode; }
+    double radiusM(VertexId v) const noexcept { return _radiusM[_vertex[v].radiusCode]; }
     glm::dvec3 position(VertexId v) const noexcept
     {
         return _graph[static_cast<int32_t>(v / kPagePostTotal)].vertices.position(v % kPagePostTotal,
@@ -119,7 +119,7 @@ private:
     bool _cullVertices;
     Criteria _criteria;
     bool _fresh = true; // nothing is known yet
-    std::array<double, 256> _codeM{};
+    std::array<double, 256> _codeM{}, _radiusM{};
     std::array<double, 256> _reachM{};   // kappa delta of each code
     std::vector<Vertex> _vertex;         // by VertexId, of resident pages
     std::vector<uint32_t> _activeCount;  // by slot

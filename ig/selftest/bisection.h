@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// The bin-tree on the padded full grid (ig/lod/vertex_error.h), worked out post by post from its definition
+// and without the engine's data structures: what self-test and tests measure the engine with.
+#pragma once
+
+#include "ig/lod/draw_list.h"
+#include "ig/lod/vertex_error.h"
+
+#include <algorithm>
+#include <array>
+
+namespace ig::selftest {
+
+using Post = std::array<int, 2>; // column, row of the full grid
+
+inline int spacing(int col, int row)
+{
+    return (col | row) & -(col | row);
+}
+
+// Ends of the edge that a vertex splits, then its apexes (one may lie outside the grid).
+inline std::array<Post, 4> splitOf(int col, int row)
+{
+    const int s = spacing(col, row);
+    const bool oddCol = (col / s) % 2 != 0;
+    const bool oddRow = (row / s) % 2 != 0;
+    if (oddCol && oddRow) {
+        const Post corner = {((col - s) / (2 * s)) % 2 != 0 ? col - s : col + s,
+                             ((row - s) / (2 * s)) % 2 != 0 ? row - s : row + s};
+        const Post opposite = {2 * col - corner[0], 2 * row - corner[1]};
+        return {corner, opposite, Post{corner[0], opposite[1]}, Post{opposite[0], corner[1]}};
+    }
+    if (oddCol) {
+        return {Post{col - s, row}, Post{col + s, row}, Post{col, row - s}, Post{col, row + s}};
+    }
+    return {Post{col, row - s}, Post{col, row + s}, Post{col - s, row}, Post{col + s, row}};
+}
+
+// Whether a corner of the triangles that the vertex splits is padding: such vertices do not morph. size: N.
+inline bool touchesPadding(int col, int row, int size, int cols, int rows)
+{
+    const auto split = splitOf(col, row);
+    return std::any_of(split.begin(), split.end(), [&](const Post& corner) {
+        const bool exists = corner[0] >= 0 && corner[1] >= 0 && corner[0] <= size && corner[1] <= size;
+        return exists && (corner[0] >= cols || corner[1] >= rows);
+    });
+}
+
+// Weight of a vertex as the vertex shader works it out.
+inline double morphWeight(const lod::MorphState& morph, uint8_t errorCode, uint8_t radiusCode,
+                          double distanceM)
+{
+    const double delta = lod::decodeM(errorCode);
+    if (delta == 0.0) {
+        return 1.0;
+    }
+    const double far = (morph.reach * delta + lod::decodeRadiusM(radiusCode) - distanceM) /
+                       (lod::kMorphBand * morph.reach * delta);
+    const double cut = (delta - morph.cutM) / (lod::kMorphBand * delta);
+    return std::clamp(std::min(far, cut), 0.0, 1.0);
+}
+
+// Calls each(col, row, u, v) for every post inside a triangle of the grid, clamped to cols x rows: the post
+// is corner 0 times (1 - u - v), corner 1 times u, corner 2 times v.
+template <class Each>
+void forPostsUnder(const std::array<Post, 3>& posts, int cols, int rows, const Each& each)
+{
+    std::array<std::array<double, 2>, 3> c{};
+    for (size_t k = 0; k < 3; ++k) {
+        c[k] = {static_cast<double>(std::min(posts[k][0], cols - 1)),
+                static_cast<double>(std::min(posts[k][1], rows - 1))};
+    }
+    const double area = (c[1][0] - c[0][0]) * (c[2][1] - c[0][1]) - (c[2][0] - c[0][0]) * (c[1][1] - c[0][1]);
+    if (area == 0.0) {
+        return;
+    }
+    const auto [west, east] = std::minmax({c[0][0], c[1][0], c[2][0]});
+    const auto [north, south] = std::minmax({c[0][1], c[1][1], c[2][1]});
+    for (int row = static_cast<int>(north); row <= static_cast<int>(south); ++row) {
+        for (int col = static_cast<int>(west); col <= static_cast<int>(east); ++col) {
+            const double u =
+                ((col - c[0][0]) * (c[2][1] - c[0][1]) - (c[2][0] - c[0][0]) * (row - c[0][1])) / area;
+            const double v =
+                ((c[1][0] - c[0][0]) * (row - c[0][1]) - (col - c[0][0]) * (c[1][1] - c[0][1])) / area;
+            if (u >= -1e-12 && v >= -1e-12 && u + v <= 1 + 1e-12) {
+                each(col, row, u, v);
+            }
+        }
+    }
+}
+
+} // namespace ig::selftest

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#include "config/settings.h"
+#include "ig/selftest/budget_simulation.h"
+#include "ig/selftest/cases.h"
+#include "ig/selftest/surface.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace ig::selftest {
+
+namespace {
+
+constexpr const char* kArea = "budgets";
+constexpr double kSelectionMs = 5'000; // half a million triangles from scratch
+
+// The largest of a selection's triangles after a standing eye has settled, and what was found on the way.
+uint32_t settle(const Ground& ground, const ViewState& view, const lod::SelectionSettings& settings,
+                Findings& findings, lod::DrawList& list)
+{
+    const auto selector = ground.selector(settings);
+    uint32_t most = 0;
+    for (int frame = 0; frame < 3; ++frame) {
+        select(*selector, view, list, findings);
+        most = std::max(most, list.stats.triangles);
+    }
+    findings.examine(ground, view, list, settings.triangleBudget);
+    return most;
+}
+
+void limits(Bench& bench, const Ground& ground)
+{
+    Report& report = bench.report;
+    const ViewState view = viewOf(ground, {90, 100, ground.largestHeightM() + 400, {0.5, -0.4, 0.0}});
+    lod::DrawList list;
+    for (const auto& [name, method] :
+         {std::pair<const char*, lod::Method>{"smallest budget, hybrid", lod::Method::hybrid},
+          std::pair<const char*, lod::Method>{"smallest budget, bintree", lod::Method::bintree},
+          std::pair<const char*, lod::Method>{"smallest budget, geomip", lod::Method::geomip}}) {
+        Findings findings;
+        settle(ground, view,
+               {.method = method, .triangleBudget = lod::smallestBudget(method), .morph = false}, findings,
+               list);
+        findings.report(report, kArea, name, kSelectionMs);
+    }
+    for (const auto& [name, tolerancePx] :
+         {std::pair<const char*, float>{"a million, tolerance 0", 0.0F},
+          std::pair<const char*, float>{"a million, tolerance 1e30", 1e30F}}) {
+        for (const lod::Method method : {lod::Method::hybrid, lod::Method::bintree}) {
+            Findings findings;
+            settle(ground, view, {.method = method, .triangleBudget = 1'000'000, .tolerancePx = tolerancePx},
+                   findings, list);
+            const std::string full =
+                std::string(name) + (method == lod::Method::hybrid ? ", hybrid" : ", bintree");
+            findings.report(report, kArea, full, kSelectionMs);
+            if (tolerancePx == 0.0F) {
+                // What is left is what a thousandth of a pixel hides.
+                report.atMost(kArea, full, "error at all posts", "px", 0.01,
+                              errorPx(ground, surfaceOf(ground, list, view.eye.m), view));
+            } else {
+                report.atMost(kArea, full, "triangles", "", 2, list.stats.triangles);
+            }
+        }
+    }
+}
+
+// One less than the smallest is refused, and the message says the number.
+void refusals(Report& report)
+{
+    for (const auto& [assignment, number] :
+         {std::pair<const char*, const char*>{"terrain.triangle_budget=511", "512"},
+          std::pair<const char*, const char*>{"terrain.triangle_budget=1000001", "1000000"},
+          std::pair<const char*, const char*>{"terrain.smallest_triangle_budget=511", "512"},
+          std::pair<const char*, const char*>{"terrain.tolerance_px=-0.001", "0"},
+          std::pair<const char*, const char*>{"terrain.tolerance_px=nan", "0"},
+          std::pair<const char*, const char*>{"view.fov_horizontal_deg=179.1", "179"},
+          std::pair<const char*, const char*>{"view.width=16385", "16384"}}) {
+        config::Settings settings;
+        const auto assigned = config::assign(settings, assignment);
+        const bool says = !assigned && assigned.error().message.find(number) != std::string::npos;
+        report.atLeast(kArea, std::string(assignment) + " is refused", "messages that say the limit", "", 1,
+                       says ? 1 : 0);
+    }
+}
+
+void time(Report& report)
+{
+    constexpr uint32_t kSmallest = 512;
+    constexpr uint32_t kLargest = 24'000;
+    const auto steady = [](double) { return 0.6; };
+    const auto price = [](double) { return CostCurve{}; };
+    const BudgetOutcome tight = simulateBudget({steady, price, 0.03}, {0.1, kSmallest, kLargest});
+    report.atMost(kArea, "time budget of 0.1 ms", "largest triangle budget", "", kSmallest,
+                  *std::max_element(tight.budgets.begin(), tight.budgets.end()));
+    const BudgetOutcome ample = simulateBudget({steady, price, 0.03}, {1'000, kSmallest, kLargest});
+    report.atLeast(kArea, "time budget of 1 s", "last triangle budget", "", kLargest, ample.budgets.back());
+    report.atMost(kArea, "time budget of 1 s", "reversals a minute", "", 0, ample.reversalsPerMinute);
+
+    for (const double noise : {0.03, 0.10}) {
+        const BudgetOutcome jumps = simulateBudget({steady, jumpingCurve, noise}, {10, kSmallest, kLargest});
+        const std::string name = noise < 0.05 ? "cost x4 and back every 15 s, 3 % noise"
+                                              : "cost x4 and back every 15 s, 10 % noise";
+        // At 10 % some frames of a steady scene are a third dearer than the mean; twice of all is allowed.
+        const double ease = noise < 0.05 ? 1 : 2;
+        report.atMost(kArea, name, "reversals a minute", "", 10 * ease, jumps.reversalsPerMinute);
+        report.atMost(kArea, name, "missed frames", "", 0.01 * ease, jumps.missedShare);
+        report.atLeast(kArea, name, "share of the affordable detail", "", 0.85 / ease, jumps.affordableShare);
+        report.atLeast(kArea, name, "smallest triangle budget", "", kSmallest,
+                       *std::min_element(jumps.budgets.begin(), jumps.budgets.end()));
+        report.atMost(kArea, name, "largest triangle budget", "", kLargest,
+                      *std::max_element(jumps.budgets.begin(), jumps.budgets.end()));
+    }
+}
+
+} // namespace
+
+Result<void> budgetCases(Bench& bench)
+{
+    const GroundPlan plan{"hills", 193, 193, placeAround(46.0, 9.0, 193, 193), [](uint32_t c, uint32_t r) {
+                              return 500 + 400 * std::sin(c * 0.09) * std::cos(r * 0.07) +
+                                     70 * std::sin(c * 0.7 + r * 0.5);
+                          }};
+    const auto ground = Ground::make(plan, bench.folder);
+    if (!ground) {
+        return Unexpected{ground.error()};
+    }
+    limits(bench, *ground);
+    refusals(bench.report);
+    time(bench.report);
+    return {};
+}
+
+} // namespace ig::selftest

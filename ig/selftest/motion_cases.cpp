@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: MIT
+#include "ig/scene/world.h"
+#include "ig/selftest/cases.h"
+#include "ig/selftest/surface.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <random>
+
+namespace ig::selftest {
+
+namespace {
+
+constexpr const char* kArea = "motion";
+constexpr uint32_t kBudget = 4'000;
+constexpr double kSelectionMs = 500; // as for terrain
+constexpr double kRateHz = 60;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+bool same(const ViewState& a, const ViewState& b)
+{
+    return a.eye.m == b.eye.m && a.eyeFromEcef == b.eyeFromEcef;
+}
+
+ViewState over(const Ground& ground, double col, double row, double heightM, const YawPitchRoll& attitude)
+{
+    return viewOf(ground, {col, row, heightM, attitude});
+}
+
+// A host that says the same sixty times a second, for an hour.
+void anHour(Report& report)
+{
+    scene::World world(kWgs84, {});
+    world.set(scene::Extrapolation{true, 0.25});
+    world.allowExtrapolation(0, true);
+    scene::EntityState entity;
+    entity.position = {57 * kRadPerDeg, kPi, 1'234.5};
+    entity.attitude = {1.0, 0.1, -0.2};
+    (void)world.set(entity, 0);
+    (void)world.set(0, scene::Rates{}, 0);
+    const ViewState first = *world.viewState(0, 640, 480, 0.0);
+    size_t moved = 0;
+    for (int frame = 0; frame < 60 * 60 * 60; ++frame) {
+        const double timeS = frame / kRateHz;
+        (void)world.set(entity, timeS);
+        const auto view = world.viewState(0, 640, 480, timeS + 1.5 / kRateHz);
+        moved += view && same(*view, first) ? 0 : 1;
+    }
+    report.atMost(kArea, "standing still for an hour", "frames whose pose differs from the first", "", 0,
+                  static_cast<double>(moved));
+}
+
+void standing(Bench& bench, const Ground& ground)
+{
+    const ViewState view = over(ground, 90, 100, ground.largestHeightM() + 300, {0.5, -0.3, 0.0});
+    Findings findings;
+    lod::DrawList list;
+    size_t changed = 0;
+    uint32_t evaluated = 0;
+    for (const lod::Method method : {lod::Method::hybrid, lod::Method::bintree}) {
+        const auto selector = ground.selector({.method = method, .triangleBudget = kBudget});
+        select(*selector, view, list, findings);
+        const lod::DrawList first = list;
+        for (int frame = 1; frame < 600 * bench.rounds; ++frame) {
+            select(*selector, view, list, findings);
+            changed += list.indices == first.indices && list.morph.reach == first.morph.reach &&
+                               list.morph.cutM == first.morph.cutM
+                           ? 0
+                           : 1;
+            evaluated += list.stats.verticesEvaluated + list.stats.listsMade;
+        }
+        findings.examine(ground, view, list, kBudget);
+    }
+    bench.report.atMost(kArea, "standing still", "frames that draw something else", "", 0,
+                        static_cast<double>(changed));
+    bench.report.atMost(kArea, "standing still", "vertices evaluated and lists made after the first", "", 0,
+                        evaluated);
+    findings.report(bench.report, kArea, "standing still", kSelectionMs);
+}
+
+// Frames of one way, examined now and then.
+template <class ViewAt>
+void fly(Bench& bench, const Ground& ground, const char* name, int frames, int examineEvery,
+         const ViewAt& viewAt)
+{
+    Findings findings;
+    lod::DrawList list;
+    for (const lod::Method method : {lod::Method::hybrid, lod::Method::bintree}) {
+        const auto selector = ground.selector({.method = method, .triangleBudget = kBudget});
+        for (int frame = 0; frame < frames; ++frame) {
+            const ViewState view = viewAt(frame);
+            select(*selector, view, list, findings);
+            findings.budgetShare =
+                std::max(findings.budgetShare, static_cast<double>(list.indices.size() / 3) / kBudget);
+            if (frame % examineEvery == examineEvery - 1) {
+                findings.examine(ground, view, list, kBudget);
+            }
+        }
+    }
+    findings.report(bench.report, kArea, name, kSelectionMs);
+}
+
+// A tile is 16 posts of 50 m; forth and back in turn, frame by frame.
+void vibration(Bench& bench, const Ground& ground)
+{
+    const auto viewAt = [&](int frame) {
+        return over(ground, frame % 2 == 0 ? 80 : 96, 100, ground.largestHeightM() + 200, {0.5, -0.2, 0.0});
+    };
+    fly(bench, ground, "vibration of a tile's length", 120, 40, viewAt);
+    for (const auto& [name, method] :
+         {std::pair<const char*, lod::Method>{"vibration of a tile's length, hybrid", lod::Method::hybrid},
+          std::pair<const char*, lod::Method>{"vibration of a tile's length, bintree",
+                                              lod::Method::bintree}}) {
+        const auto selector = ground.selector({.method = method, .triangleBudget = kBudget});
+        lod::DrawList list;
+        selector->select(viewAt(0), list);
+        const uint32_t fromScratch = list.stats.listsMade;
+        constexpr int kSettling = 600;
+        std::array<double, 2> least{1e30, 1e30};
+        std::array<double, 2> most{0, 0};
+        uint32_t lists = 0;
+        for (int frame = 1; frame < kSettling + 120; ++frame) {
+            selector->select(viewAt(frame), list);
+            if (frame >= kSettling) {
+                const auto end = static_cast<size_t>(frame % 2);
+                least[end] = std::min<double>(least[end], list.stats.tauPx);
+                most[end] = std::max<double>(most[end], list.stats.tauPx);
+                lists = std::max(lists, list.stats.listsMade);
+            }
+        }
+        // Within the morph band no vertex goes all the way more than once in a swing.
+        bench.report.atMost(kArea, name, "spread of tau over the last two seconds", "", lod::kMorphBand,
+                            std::max(most[0] / least[0], most[1] / least[1]) - 1);
+        // The eye does see another tile's length in each frame, but not another terrain.
+        bench.report.atMost(kArea, name, "lists made in a frame / from scratch", "", 0.25,
+                            static_cast<double>(lists) / std::max(fromScratch, 1U));
+    }
+}
+
+void flights(Bench& bench, const Ground& ground)
+{
+    const double top = ground.largestHeightM();
+    // Mach 25 is 8,575 m/s at sea level: 143 m or 2.9 posts a frame.
+    fly(bench, ground, "Mach 25 at 100 m", 60, 6, [&](int frame) {
+        return over(ground, 10 + 2.86 * frame, 96, top + 100, {0.5 * kPi, -0.1, 0.0});
+    });
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> share(0, 1);
+    std::vector<ViewState> places;
+    for (int i = 0; i < 40 * bench.rounds; ++i) {
+        places.push_back(over(ground, 192 * share(random), 192 * share(random),
+                              top + 10 + std::pow(10.0, 4 * share(random)),
+                              {2 * kPi * share(random), -1.5 * share(random), kPi * (share(random) - 0.5)}));
+    }
+    fly(bench, ground, "a teleport every frame", static_cast<int>(places.size()), 8,
+        [&](int frame) { return places[static_cast<size_t>(frame)]; });
+    fly(bench, ground, "turning at 1,000 deg/s", 108, 9, [&](int frame) {
+        return over(ground, 96, 96, top + 150, {1'000 * kRadPerDeg * frame / kRateHz, -0.2, 0.3});
+    });
+    fly(bench, ground, "rolling at 1,000 deg/s", 36, 6, [&](int frame) {
+        return over(ground, 96, 96, top + 150, {1.0, -0.3, 1'000 * kRadPerDeg * frame / kRateHz});
+    });
+}
+
+void clocks(Report& report)
+{
+    scene::World world(kWgs84, {});
+    constexpr double kHorizonS = 0.25;
+    world.set(scene::Extrapolation{true, kHorizonS});
+    world.allowExtrapolation(0, true);
+    scene::EntityState entity;
+    entity.position = {56.8 * kRadPerDeg, -5.0 * kRadPerDeg, 2'000};
+    (void)world.set(entity, 1'000);
+    (void)world.set(0, scene::Rates{false, {300, 0, 0}, {0, 0, 0}}, 1'000);
+    const auto at = [&](double timeS) {
+        const auto view = world.viewState(0, 640, 480, timeS);
+        return view ? view->eye.m : glm::dvec3(kNan);
+    };
+    const glm::dvec3 start = toEcef(entity.position).m;
+    double back = 0;
+    for (const double timeS : {999.0, 1.0, 0.0, -1e9, kNan}) {
+        const double wayM = glm::length(at(timeS) - start);
+        back = wayM <= back ? back : wayM;
+    }
+    report.atMost(kArea, "time going backwards", "way from where the host put it", "m", 0, back);
+    // Twice round the same times.
+    std::vector<glm::dvec3> once;
+    for (int frame = -20; frame < 20; ++frame) {
+        once.push_back(at(1'000 + frame / kRateHz));
+    }
+    size_t differing = 0;
+    for (int frame = 19; frame >= -20; --frame) {
+        differing += at(1'000 + frame / kRateHz) == once[static_cast<size_t>(frame + 20)] ? 0 : 1;
+    }
+    report.atMost(kArea, "time going backwards", "poses that differ from those on the way there", "", 0,
+                  static_cast<double>(differing));
+    const double afterGapM = glm::length(at(1'010) - start);
+    report.atMost(kArea, "a gap of 10 s at 300 m/s", "way beyond the horizon of 0.25 s", "m", 1e-3,
+                  std::abs(afterGapM - 300 * kHorizonS));
+    report.atMost(kArea, "a gap of 10 s at 300 m/s", "way from second to second of the gap", "m", 0,
+                  glm::length(at(1'009) - at(1'010)));
+}
+
+} // namespace
+
+Result<void> motionCases(Bench& bench)
+{
+    const GroundPlan plan{"hills", 193, 193, placeAround(46.0, 9.0, 193, 193), [](uint32_t c, uint32_t r) {
+                              return 500 + 400 * std::sin(c * 0.09) * std::cos(r * 0.07) +
+                                     70 * std::sin(c * 0.7 + r * 0.5);
+                          }};
+    const auto ground = Ground::make(plan, bench.folder);
+    if (!ground) {
+        return Unexpected{ground.error()};
+    }
+    anHour(bench.report);
+    standing(bench, *ground);
+    flights(bench, *ground);
+    vibration(bench, *ground);
+    clocks(bench.report);
+    return {};
+}
+
+} // namespace ig::selftest

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: MIT
+#include "ig/selftest/surface.h"
+
+#include "ig/gl/tile_indices.h"
+#include "ig/lod/bounds.h"
+
+#include <glm/geometric.hpp>
+
+#include <cmath>
+#include <ctime>
+#include <limits>
+#include <map>
+
+namespace ig::selftest {
+
+namespace {
+
+// Bounds from here on say that there is none.
+constexpr float kUnboundedPx = 1e29F;
+
+glm::dvec3 placeOf(const Ground& ground, const Post& p, const lod::MorphState& morph, const glm::dvec3& eye)
+{
+    const auto [col, row] = p;
+    const glm::dvec3& own = ground.position(col, row);
+    const int n = ground.size();
+    if ((col % n == 0 && row % n == 0) || touchesPadding(col, row, n, ground.cols(), ground.rows())) {
+        return own;
+    }
+    const double w =
+        morphWeight(morph, ground.errorCode(col, row), ground.radiusCode(col, row), glm::length(own - eye));
+    if (w >= 1.0) {
+        return own;
+    }
+    const auto split = splitOf(col, row);
+    const glm::dvec3 middle =
+        0.5 * (ground.position(split[0][0], split[0][1]) + ground.position(split[1][0], split[1][1]));
+    return middle * (1.0 - w) + own * w;
+}
+
+// Whether points are in view, one by one.
+class Eye {
+public:
+    Eye(const Ground& ground, const ViewState& view)
+        : _view(view), _planes(frustumPlanes(view)),
+          _visibility(view, ground.shape().ellipsoid, ground.pages()[0].minHeightM)
+    {
+    }
+    bool behindHorizon(const glm::dvec3& place) const
+    {
+        lod::Visibility::PlaneMask none = 0;
+        return !_visibility.sees({place, glm::dmat3(1.0), glm::dvec3(0.0)}, none);
+    }
+    bool outside(size_t plane, const glm::dvec3& place) const
+    {
+        return glm::dot(glm::dvec3(_planes[plane]), place - _view.eye.m) + _planes[plane].w < 0;
+    }
+    bool sees(const glm::dvec3& place) const
+    {
+        for (size_t plane = 0; plane < _planes.size(); ++plane) {
+            if (outside(plane, place)) {
+                return false;
+            }
+        }
+        return !behindHorizon(place);
+    }
+    // Out of view for one and the same reason.
+    bool misses(const glm::dvec3& a, const glm::dvec3& b) const
+    {
+        for (size_t plane = 0; plane < _planes.size(); ++plane) {
+            if (outside(plane, a) && outside(plane, b)) {
+                return true;
+            }
+        }
+        return behindHorizon(a) && behindHorizon(b);
+    }
+
+private:
+    const ViewState& _view;
+    std::array<glm::dvec4, 5> _planes;
+    lod::Visibility _visibility;
+};
+
+double threadMs()
+{
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
+}
+
+} // namespace
+
+Surface surfaceOf(const Ground& ground, const lod::DrawList& list, const glm::dvec3& eye)
+{
+    Surface surface;
+    const auto postOf = [&](const lod::PageNode& node, uint32_t post) {
+        const int step = 1 << (ground.shape().deepestPage - node.depth);
+        const int col = static_cast<int>(post % lod::kPagePosts);
+        const int row = static_cast<int>(post / lod::kPagePosts);
+        return Post{(static_cast<int>(node.x) * lod::kPageIntervals + col) * step,
+                    (static_cast<int>(node.y) * lod::kPageIntervals + row) * step};
+    };
+    const auto add = [&](const std::array<Post, 3>& posts, bool morphs) {
+        surface.posts.push_back(posts);
+        std::array<glm::dvec3, 3> places{};
+        for (size_t k = 0; k < 3; ++k) {
+            places[k] = morphs ? placeOf(ground, posts[k], list.morph, eye)
+                               : ground.position(posts[k][0], posts[k][1]);
+        }
+        surface.places.push_back(places);
+    };
+    for (const lod::PageList& part : list.lists) {
+        const lod::PageNode& node = ground.pages()[part.page];
+        for (uint32_t i = part.first; i < part.first + part.count; i += 3) {
+            add({postOf(node, list.indices[i]), postOf(node, list.indices[i + 1]),
+                 postOf(node, list.indices[i + 2])},
+                true);
+        }
+    }
+    std::vector<uint16_t> indices;
+    for (const lod::DrawItem& item : list.items) {
+        const lod::PageNode& node = ground.pages()[item.page];
+        const uint32_t corner = gl::tileCorner(item);
+        indices.clear();
+        gl::appendTileIndices(item.stride, item.stitch, indices);
+        for (size_t i = 0; i < indices.size(); i += 3) {
+            add({postOf(node, corner + indices[i]), postOf(node, corner + indices[i + 1]),
+                 postOf(node, corner + indices[i + 2])},
+                false);
+        }
+    }
+    return surface;
+}
+
+size_t cracks(const Ground& ground, const Surface& surface, const ViewState& view)
+{
+    std::map<std::pair<Post, Post>, int> edges;
+    for (const auto& triangle : surface.posts) {
+        for (size_t k = 0; k < 3; ++k) {
+            ++edges[std::minmax(triangle[k], triangle[(k + 1) % 3])];
+        }
+    }
+    const Eye eye(ground, view);
+    const auto onBorder = [](int p, int q, int last) {
+        return (p == 0 && q == 0) || (p >= last && q >= last);
+    };
+    size_t bad = 0;
+    for (const auto& [edge, count] : edges) {
+        const auto& [p, q] = edge;
+        const bool borders =
+            onBorder(p[0], q[0], ground.cols() - 1) || onBorder(p[1], q[1], ground.rows() - 1);
+        const bool fine =
+            count == 2 ||
+            (count == 1 && (borders || eye.misses(ground.position(p[0], p[1]), ground.position(q[0], q[1]))));
+        bad += fine ? 0 : 1;
+    }
+    return bad;
+}
+
+size_t wronglyCovered(const Ground& ground, const Surface& surface, const ViewState& view)
+{
+    const int n = ground.size();
+    std::vector<uint8_t> covers(static_cast<size_t>(n) * static_cast<size_t>(n), 0);
+    for (const auto& t : surface.posts) {
+        const auto [west, east] = std::minmax({t[0][0], t[1][0], t[2][0]});
+        const auto [north, south] = std::minmax({t[0][1], t[1][1], t[2][1]});
+        for (int row = north; row < south; ++row) {
+            for (int col = west; col < east; ++col) {
+                // A point of the cell that no edge of a bisection meets; corners as drawn, north up.
+                const double x = col + 0.31;
+                const double y = row + 0.57;
+                int left = 0;
+                for (size_t k = 0; k < 3; ++k) {
+                    const auto& a = t[k];
+                    const auto& b = t[(k + 1) % 3];
+                    left += (b[0] - a[0]) * (a[1] - y) - (a[1] - b[1]) * (x - a[0]) > 0 ? 1 : 0;
+                }
+                uint8_t& cover =
+                    covers[static_cast<size_t>(row) * static_cast<size_t>(n) + static_cast<size_t>(col)];
+                cover = static_cast<uint8_t>(std::min(cover + (left == 3 ? 1 : 0), 2));
+            }
+        }
+    }
+    const Eye eye(ground, view);
+    size_t bad = 0;
+    for (int row = 0; row < ground.rows() - 1; ++row) {
+        for (int col = 0; col < ground.cols() - 1; ++col) {
+            const uint8_t cover =
+                covers[static_cast<size_t>(row) * static_cast<size_t>(n) + static_cast<size_t>(col)];
+            bad += cover != 1 && eye.sees(ground.position(col, row)) ? 1 : 0;
+        }
+    }
+    return bad;
+}
+
+double errorPx(const Ground& ground, const Surface& surface, const ViewState& view)
+{
+    const Eye eye(ground, view);
+    const Frustum& f = view.frustum;
+    const double perTangentX = view.widthPx / (f.right - f.left);
+    const double perTangentY = view.heightPx / (f.top - f.bottom);
+    double worst = 0;
+    for (size_t i = 0; i < surface.posts.size(); ++i) {
+        const auto& places = surface.places[i];
+        forPostsUnder(surface.posts[i], ground.cols(), ground.rows(),
+                      [&](int col, int row, double u, double v) {
+                          const glm::dvec3& truth = ground.position(col, row);
+                          if (!eye.sees(truth)) {
+                              return;
+                          }
+                          const glm::dvec3 drawn = places[0] * (1 - u - v) + places[1] * u + places[2] * v;
+                          const glm::dvec3 a = view.eyeFromEcef * (truth - view.eye.m);
+                          const glm::dvec3 b = view.eyeFromEcef * (drawn - view.eye.m);
+                          const double px = b.z < 0 ? std::hypot((a.x / -a.z - b.x / -b.z) * perTangentX,
+                                                                 (a.y / -a.z - b.y / -b.z) * perTangentY)
+                                                    : std::numeric_limits<double>::infinity();
+                          worst = px <= worst ? worst : px; // keeps what is not a number
+                      });
+    }
+    return worst;
+}
+
+void Findings::examine(const Ground& ground, const ViewState& view, const lod::DrawList& list,
+                       uint32_t budget)
+{
+    const Surface surface = surfaceOf(ground, list, view.eye.m);
+    for (const auto& places : surface.places) {
+        for (const glm::dvec3& place : places) {
+            notFinite += std::isfinite(place.x + place.y + place.z) ? 0 : 1;
+        }
+    }
+    for (const float figure : {list.stats.errorPx, list.stats.tauPx, list.morph.reach, list.morph.cutM}) {
+        notFinite += std::isfinite(figure) ? 0 : 1;
+    }
+    cracks += selftest::cracks(ground, surface, view);
+    wronglyCovered += selftest::wronglyCovered(ground, surface, view);
+    budgetShare = std::max(budgetShare, static_cast<double>(surface.posts.size()) / budget);
+    if (list.stats.errorPx < kUnboundedPx) {
+        // Errors and radii are stored in steps of a millimetre: a hundredth of a pixel more.
+        const double share = errorPx(ground, surface, view) / (list.stats.errorPx + 0.01);
+        boundShare = share <= boundShare ? boundShare : share;
+    }
+}
+
+void Findings::report(Report& report, std::string_view area, std::string_view name, double limitMs) const
+{
+    report.atMost(area, name, "not finite", "", 0, static_cast<double>(notFinite));
+    report.atMost(area, name, "edges without two triangles", "", 0, static_cast<double>(cracks));
+    report.atMost(area, name, "cells in view not covered once", "", 0, static_cast<double>(wronglyCovered));
+    report.atMost(area, name, "triangles / budget", "", 1, budgetShare);
+    report.atMost(area, name, "error at all posts / stated bound", "", 1, boundShare);
+    report.atMost(area, name, "slowest selection, processor time", "ms", limitMs, slowestMs);
+}
+
+void select(lod::Selector& selector, const ViewState& view, lod::DrawList& list, Findings& findings)
+{
+    const double start = threadMs();
+    selector.select(view, list);
+    findings.slowestMs = std::max(findings.slowestMs, threadMs() - start);
+}
+
+} // namespace ig::selftest
