@@ -2,6 +2,7 @@
 #include "ig/app/host_link.h"
 
 #include "hostif/protocol.h"
+#include "ig/app/log.h"
 #include "ig/app/steady_clock.h"
 
 #include <algorithm>
@@ -20,12 +21,8 @@ Unexpected<Error> inKey(const char* key, const Error& error)
 
 } // namespace
 
-Result<HostLink> HostLink::open(const config::Settings& settings, LogSink& log)
+Result<HostLink> HostLink::withoutSocket(const config::Settings& settings, LogSink& log)
 {
-    const auto local = hostif::parseAddress(settings.host.listen);
-    if (!local) {
-        return inKey("host.listen", local.error());
-    }
     hostif::SessionOptions options;
     options.hostTimeoutS = settings.host.timeoutS;
     options.databaseNumber = static_cast<int8_t>(settings.host.database);
@@ -37,28 +34,70 @@ Result<HostLink> HostLink::open(const config::Settings& settings, LogSink& log)
         }
         options.peer = *peer;
     }
+    return HostLink(options, settings, log);
+}
+
+Result<HostLink> HostLink::open(const config::Settings& settings, LogSink& log)
+{
+    const auto local = hostif::parseAddress(settings.host.listen);
+    if (!local) {
+        return inKey("host.listen", local.error());
+    }
+    auto link = withoutSocket(settings, log);
+    if (!link) {
+        return link;
+    }
     auto socket = hostif::UdpSocket::open(*local);
     if (!socket) {
         return inKey("host.listen", socket.error());
     }
-    return HostLink(std::move(*socket), options, settings, log);
+    link->_socket.emplace(std::move(*socket));
+    if (!settings.host.record.empty()) {
+        auto recorder = hostif::Recorder::open(settings.host.record);
+        if (!recorder) {
+            return inKey("host.record", recorder.error());
+        }
+        link->_recorder = std::move(*recorder);
+    }
+    return link;
 }
 
-HostLink::HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options,
-                   const config::Settings& settings, LogSink& log)
-    : _socket(std::move(socket)), _session(options, &log), _log(&log),
-      _timing(settings.host.timing == "lockstep" ? Timing::lockstep
-              : settings.host.timing == "sync"   ? Timing::sync
-                                                 : Timing::async),
+HostLink::HostLink(const hostif::SessionOptions& options, const config::Settings& settings, LogSink& log)
+    : _session(options, &log), _log(&log), _timing(settings.host.timing == "lockstep" ? Timing::lockstep
+                                                   : settings.host.timing == "sync"   ? Timing::sync
+                                                                                      : Timing::async),
       _timeoutS(settings.host.timeoutS), _drawnView(static_cast<uint16_t>(settings.view.id)),
       _toWorld(_timing == Timing::async ? settings.host.extrapolationS : 0.0)
 {
 }
 
+bool HostLink::feed(std::span<const std::byte> bytes, const hostif::Address& sender, double arrivalS)
+{
+    // Frames went on in the silence: one of them saw that the host was lost.
+    if (arrivalS - _session.lastArrivalS() > _timeoutS) {
+        (void)_session.startOfFrame(arrivalS);
+    }
+    const uint64_t before = _session.stats().accepted;
+    _session.receive(bytes, sender, arrivalS);
+    return _session.stats().accepted != before;
+}
+
+// The oldest queued datagram, recorded whatever the session will say to it.
+bool HostLink::take(hostif::UdpSocket::Received& received)
+{
+    if (!_socket->receive(received)) {
+        return false;
+    }
+    if (_recorder) {
+        _recorder->take(received.sender, _socket->local(), received.bytes, received.arrivalS);
+    }
+    return true;
+}
+
 void HostLink::drain(double nowS)
 {
     hostif::UdpSocket::Received received;
-    for (int i = 0; i < kDatagramsPerFrame && _socket.receive(received); ++i) {
+    for (int i = 0; i < kDatagramsPerFrame && take(received); ++i) {
         _session.receive(received.bytes, received.sender, std::min(received.arrivalS, nowS));
     }
 }
@@ -69,9 +108,9 @@ void HostLink::takeOneMessage(double nowS)
     const uint64_t before = _session.stats().accepted;
     hostif::UdpSocket::Received received;
     for (int i = 0; i < kDatagramsPerFrame; ++i) {
-        while (!_socket.receive(received)) {
+        while (!take(received)) {
             const double leftS = _session.lastArrivalS() + _timeoutS - nowS;
-            if (_session.hostState() != hostif::HostState::live || !(leftS > 0) || !_socket.wait(leftS)) {
+            if (_session.hostState() != hostif::HostState::live || !(leftS > 0) || !_socket->wait(leftS)) {
                 return;
             }
             nowS = static_cast<double>(steadyNs()) * kSecondsPerNs;
@@ -85,10 +124,15 @@ void HostLink::takeOneMessage(double nowS)
 
 void HostLink::receive(scene::World& world, double nowS)
 {
-    if (_timing == Timing::lockstep) {
+    if (!_socket) {
+        // Everything was fed.
+    } else if (_timing == Timing::lockstep) {
         takeOneMessage(nowS);
     } else {
         drain(nowS);
+    }
+    if (_recorder) {
+        noteRecording(_recorder->takeFailure());
     }
     _newestArrivalS.reset();
     for (const hostif::SessionEvent& event : _session.takeEvents()) {
@@ -146,9 +190,44 @@ void HostLink::answerQueries(const scene::World& world, double displayS)
 void HostLink::answer(double nowS)
 {
     const auto bytes = _session.startOfFrame(nowS);
-    if (const auto to = _session.replyTo()) {
-        _socket.send(bytes, *to);
+    const auto to = _session.replyTo();
+    if (_socket && to) {
+        _socket->send(bytes, *to);
     }
+}
+
+hostif::UdpSocket::Stats HostLink::socketStats() const noexcept
+{
+    return _socket ? _socket->stats() : hostif::UdpSocket::Stats{};
+}
+
+hostif::Address HostLink::local() const noexcept
+{
+    return _socket ? _socket->local() : hostif::Address{};
+}
+
+void HostLink::finishRecording()
+{
+    if (!_recorder) {
+        return;
+    }
+    const auto closed = _recorder->close();
+    noteRecording(closed ? std::nullopt : std::optional(closed.error()));
+}
+
+void HostLink::noteRecording(const std::optional<Error>& failure)
+{
+    if (failure) {
+        _log->write(LogLevel::error,
+                    logLine("recording_ended", {{"reason", failure->message},
+                                                {"remedy", "frames go on without it; what was stored can be "
+                                                           "replayed"}}));
+    }
+}
+
+std::optional<hostif::Recorder::Stats> HostLink::recorded() const
+{
+    return _recorder ? std::optional(_recorder->stats()) : std::nullopt;
 }
 
 } // namespace ig::app

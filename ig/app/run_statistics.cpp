@@ -49,6 +49,10 @@ Json packets(const RunSummary& run)
               {"host_lag_frames_max", run.session.hostLagMaxFrames},
               {"sent", run.socket.sent},
               {"sends_failed", run.socket.sendsFailed}};
+    if (run.recorded) {
+        json["recorded"] = run.recorded->written;
+        json["recording_dropped"] = run.recorded->dropped;
+    }
     for (size_t i = 0; i < hostif::kReasonCount; ++i) {
         const auto reason = static_cast<hostif::Reason>(i);
         json[std::string(hostif::reasonName(reason))] = run.session.reasons[reason];

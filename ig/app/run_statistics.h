@@ -11,6 +11,7 @@
 #include "ig/lod/budget_reversals.h"
 #include "ig/out/frame_sink.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,7 @@ struct RunSummary {
     hostif::UdpSocket::Stats socket;
     uint64_t refusedByWorld = 0;
     QueryStats queries;
+    std::optional<hostif::Recorder::Stats> recorded; // nothing: nothing was to be recorded
     struct Sink {
         std::string name;
         out::SinkStats stats;
