@@ -23,7 +23,30 @@ struct Key {
     std::function<bool(const Settings&, const Settings&)> same;
     std::function<void(const Settings& from, Settings& to)> copy;
     bool live = false; // may change while the program runs
+    std::function<std::string(const Settings&)> print{};
 };
+
+std::string printed(const toml::node& node)
+{
+    std::ostringstream text;
+    node.visit([&](const auto& value) { text << value; });
+    return text.str();
+}
+
+std::string tomlOf(const std::vector<std::string>& values)
+{
+    toml::array array;
+    for (const std::string& value : values) {
+        array.push_back(value);
+    }
+    return printed(array);
+}
+
+template <class T>
+std::string tomlOf(const T& value)
+{
+    return printed(toml::value<T>(value));
+}
 
 // The parts of a key that follow from where its value is kept.
 template <class Access>
@@ -31,6 +54,7 @@ Key reachedBy(Access access, Key key)
 {
     key.same = [=](const Settings& a, const Settings& b) { return access(a) == access(b); };
     key.copy = [=](const Settings& from, Settings& to) { access(to) = access(from); };
+    key.print = [=](const Settings& settings) { return tomlOf(access(settings)); };
     return key;
 }
 
@@ -245,6 +269,9 @@ const std::vector<Key>& allKeys()
             "host.timeout_s", 0.01, 3600, "seconds", [](auto& s) -> auto& { return s.host.timeoutS; }));
         k.push_back(integer(
             "host.database", 1, 127, "", [](auto& s) -> auto& { return s.host.database; }));
+        k.push_back(text(
+            "host.record", "a string, path of a pcap file, empty for none",
+            [](auto& s) -> auto& { return s.host.record; }));
         k.push_back(sinkList());
         k.push_back(live(text(
             "output.stats", "a string, path of a JSON file, empty for none",
@@ -400,6 +427,15 @@ std::vector<KeyInfo> keys()
     std::vector<KeyInfo> out;
     for (const Key& key : allKeys()) {
         out.push_back({key.name, key.expected, key.live});
+    }
+    return out;
+}
+
+std::vector<Value> values(const Settings& settings)
+{
+    std::vector<Value> out;
+    for (const Key& key : allKeys()) {
+        out.push_back({key.name, key.print(settings)});
     }
     return out;
 }

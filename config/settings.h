@@ -49,6 +49,7 @@ struct Settings {
         double extrapolationS = 0.25;
         double timeoutS = 1.0;
         int64_t database = 1;
+        std::string record;
     } host;
     struct {
         std::vector<std::string> sinks;
@@ -94,5 +95,12 @@ struct KeyInfo {
     bool live = false;    // may change while the program runs
 };
 std::vector<KeyInfo> keys();
+
+// One key as the file would have it, "section.key" and a TOML value, in the order of keys().
+struct Value {
+    std::string name;
+    std::string text;
+};
+std::vector<Value> values(const Settings& settings);
 
 } // namespace config

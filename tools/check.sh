@@ -10,7 +10,7 @@ tools/install_packages.sh --tests
 
 jobs=${JOBS:-$(nproc)}
 # Seconds for each fuzz target.
-fuzz_seconds=${FUZZ_SECONDS:-20}
+fuzz_seconds=${FUZZ_SECONDS:-60}
 
 step() { printf '\n== %s\n' "$*"; }
 
@@ -39,13 +39,20 @@ step "tsan: test"
 ctest --preset tsan -R "^(${tsan_tests// /|})\$"
 
 build fuzz --target fuzzers
-for name in fuzz_cigi33 fuzz_cigi40 fuzz_fgnet fuzz_session; do
-  step "fuzz: $name, $fuzz_seconds s"
+fuzz() { # NAME
+  local found
   found=$(mktemp -d)
-  "build/fuzz/tests/$name" -max_total_time="$fuzz_seconds" -max_len=3000 -print_final_stats=1 -artifact_prefix="$found/" \
-    "$found" "tests/fuzz/corpus/$name" 2>&1 | tail -8
-  rm -rf "$found"
-done
+  "build/fuzz/tests/$1" -max_total_time="$fuzz_seconds" -max_len=3000 -print_final_stats=1 \
+    -artifact_prefix="$found/" "$found" "tests/fuzz/corpus/$1" >"$found.log" 2>&1 ||
+    { tail -40 "$found.log"; echo "$1 failed; its input is in $found"; return 1; }
+  echo "$1: $(sed -n 's/^stat::number_of_executed_units: *//p' "$found.log") executions"
+  rm -rf "$found" "$found.log"
+}
+export -f fuzz
+export fuzz_seconds
+step "fuzz: each target for $fuzz_seconds s, two at a time"
+printf '%s\n' fuzz_cigi33 fuzz_cigi40 fuzz_fgnet fuzz_session fuzz_capture |
+  xargs -P 2 -I NAME bash -c 'fuzz NAME'
 
 step "demo: two seconds over a small terrain"
 demo=$(mktemp -d)

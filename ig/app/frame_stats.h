@@ -10,6 +10,9 @@ namespace ig::app {
 
 struct FrameStats {
     uint64_t number = 0;
+    // The host has put there what the view sits on; else the picture is the last one, at first one from above
+    // the middle of the terrain.
+    bool placed = false;
     // Wall time of the stages, ns. frameNs runs from the frame's start until it is handed to the sinks;
     // waiting for the next slot does not count.
     int64_t frameNs = 0;

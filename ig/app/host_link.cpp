@@ -2,6 +2,7 @@
 #include "ig/app/host_link.h"
 
 #include "hostif/protocol.h"
+#include "ig/app/log.h"
 #include "ig/app/steady_clock.h"
 
 #include <algorithm>
@@ -17,12 +18,8 @@ Unexpected<Error> inKey(const char* key, const Error& error)
 
 } // namespace
 
-Result<HostLink> HostLink::open(const config::Settings& settings, LogSink& log)
+Result<HostLink> HostLink::withoutSocket(const config::Settings& settings, LogSink& log)
 {
-    const auto local = hostif::parseAddress(settings.host.listen);
-    if (!local) {
-        return inKey("host.listen", local.error());
-    }
     hostif::SessionOptions options;
     options.hostTimeoutS = settings.host.timeoutS;
     options.databaseNumber = static_cast<int8_t>(settings.host.database);
@@ -34,22 +31,64 @@ Result<HostLink> HostLink::open(const config::Settings& settings, LogSink& log)
         }
         options.peer = *peer;
     }
+    return HostLink(options, settings, log);
+}
+
+Result<HostLink> HostLink::open(const config::Settings& settings, LogSink& log)
+{
+    const auto local = hostif::parseAddress(settings.host.listen);
+    if (!local) {
+        return inKey("host.listen", local.error());
+    }
+    auto link = withoutSocket(settings, log);
+    if (!link) {
+        return link;
+    }
     auto socket = hostif::UdpSocket::open(*local);
     if (!socket) {
         return inKey("host.listen", socket.error());
     }
-    return HostLink(std::move(*socket), options, settings, log);
+    link->_socket.emplace(std::move(*socket));
+    if (!settings.host.record.empty()) {
+        auto recorder = hostif::Recorder::open(settings.host.record);
+        if (!recorder) {
+            return inKey("host.record", recorder.error());
+        }
+        link->_recorder = std::move(*recorder);
+    }
+    return link;
 }
 
-HostLink::HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options,
-                   const config::Settings& settings, LogSink& log)
-    : _socket(std::move(socket)), _session(options, &log), _log(&log),
-      _timing(settings.host.timing == "lockstep" ? Timing::lockstep
-              : settings.host.timing == "sync"   ? Timing::sync
-                                                 : Timing::async),
+HostLink::HostLink(const hostif::SessionOptions& options, const config::Settings& settings, LogSink& log)
+    : _session(options, &log), _log(&log), _timing(settings.host.timing == "lockstep" ? Timing::lockstep
+                                                   : settings.host.timing == "sync"   ? Timing::sync
+                                                                                      : Timing::async),
       _timeoutS(settings.host.timeoutS), _drawnView(static_cast<uint16_t>(settings.view.id)),
       _toWorld(_timing == Timing::async ? settings.host.extrapolationS : 0.0)
 {
+}
+
+bool HostLink::feed(std::span<const std::byte> bytes, const hostif::Address& sender, double arrivalS)
+{
+    // Frames went on in the silence: one of them saw that the host was lost.
+    if (arrivalS - _session.lastArrivalS() > _timeoutS) {
+        (void)_session.startOfFrame(arrivalS);
+    }
+    const uint64_t before = _session.stats().accepted;
+    _session.receive(bytes, sender, arrivalS);
+    return _session.stats().accepted != before;
+}
+
+// The oldest queued datagram, recorded whatever the session will say to it.
+bool HostLink::take(hostif::UdpSocket::Received& received)
+{
+    if (!_socket->receive(received)) {
+        return false;
+    }
+    if (_recorder) {
+        _recorder->take(received.sender, _socket->local(), received.bytes, received.arrivalS);
+    }
+    return true;
 }
 
 // Returns how many datagrams were read.
@@ -57,7 +96,7 @@ int HostLink::drain(double nowS)
 {
     hostif::UdpSocket::Received received;
     int count = 0;
-    for (; count < kDatagramsPerFrame && _socket.receive(received); ++count) {
+    for (; count < kDatagramsPerFrame && take(received); ++count) {
         _session.receive(received.bytes, received.sender, std::min(received.arrivalS, nowS));
     }
     return count;
@@ -70,9 +109,9 @@ int HostLink::takeOneMessage(double nowS)
     hostif::UdpSocket::Received received;
     int count = 0;
     while (count < kDatagramsPerFrame && _session.stats().accepted == before) {
-        while (!_socket.receive(received)) {
+        while (!take(received)) {
             const double leftS = _session.lastArrivalS() + _timeoutS - nowS;
-            if (_session.hostState() != hostif::HostState::live || !(leftS > 0) || !_socket.wait(leftS)) {
+            if (_session.hostState() != hostif::HostState::live || !(leftS > 0) || !_socket->wait(leftS)) {
                 return count;
             }
             nowS = static_cast<double>(steadyNs()) * kSecondsPerNs;
@@ -91,7 +130,7 @@ void HostLink::guard(uint64_t foreign, double nowS)
     case FloodGuard::Order::none:
         return;
     case FloodGuard::Order::raise:
-        if (!_socket.admitOnly(host)) {
+        if (!_socket->admitOnly(host)) {
             _floodGuard.refused(nowS);
             _log->write(LogLevel::warning, "flood: the kernel takes no socket filter, so all of it is read");
             return;
@@ -101,7 +140,7 @@ void HostLink::guard(uint64_t foreign, double nowS)
                         hostif::toString(*host) + "; the kernel drops them from now on (dropped_by_kernel)");
         return;
     case FloodGuard::Order::lower:
-        (void)_socket.admitOnly(std::nullopt);
+        (void)_socket->admitOnly(std::nullopt);
         _log->write(LogLevel::info, host ? "flood: over, everything is read again"
                                          : "flood: the host is silent, everything is read again");
         return;
@@ -111,12 +150,17 @@ void HostLink::guard(uint64_t foreign, double nowS)
 void HostLink::receive(scene::World& world, double nowS)
 {
     const uint64_t acceptedBefore = _session.stats().accepted;
-    const uint64_t droppedBefore = _socket.stats().dropped;
-    const int read = _timing == Timing::lockstep ? takeOneMessage(nowS) : drain(nowS);
-    _socket.countDrops();
-    guard(static_cast<uint64_t>(read) - (_session.stats().accepted - acceptedBefore) +
-              (_socket.stats().dropped - droppedBefore),
-          nowS);
+    if (_socket) { // else everything was fed
+        const uint64_t droppedBefore = _socket->stats().dropped;
+        const int read = _timing == Timing::lockstep ? takeOneMessage(nowS) : drain(nowS);
+        _socket->countDrops();
+        guard(static_cast<uint64_t>(read) - (_session.stats().accepted - acceptedBefore) +
+                  (_socket->stats().dropped - droppedBefore),
+              nowS);
+    }
+    if (_recorder) {
+        noteRecording(_recorder->takeFailure());
+    }
     _newestArrivalS.reset();
     for (const hostif::SessionEvent& event : _session.takeEvents()) {
         if (const auto* frame = std::get_if<hostif::HostFrame>(&event)) {
@@ -173,9 +217,44 @@ void HostLink::answerQueries(const scene::World& world, double displayS)
 void HostLink::answer(double nowS)
 {
     const auto bytes = _session.startOfFrame(nowS);
-    if (const auto to = _session.replyTo()) {
-        _socket.send(bytes, *to);
+    const auto to = _session.replyTo();
+    if (_socket && to) {
+        _socket->send(bytes, *to);
     }
+}
+
+hostif::UdpSocket::Stats HostLink::socketStats() const noexcept
+{
+    return _socket ? _socket->stats() : hostif::UdpSocket::Stats{};
+}
+
+hostif::Address HostLink::local() const noexcept
+{
+    return _socket ? _socket->local() : hostif::Address{};
+}
+
+void HostLink::finishRecording()
+{
+    if (!_recorder) {
+        return;
+    }
+    const auto closed = _recorder->close();
+    noteRecording(closed ? std::nullopt : std::optional(closed.error()));
+}
+
+void HostLink::noteRecording(const std::optional<Error>& failure)
+{
+    if (failure) {
+        _log->write(LogLevel::error,
+                    logLine("recording_ended", {{"reason", failure->message},
+                                                {"remedy", "frames go on without it; what was stored can be "
+                                                           "replayed"}}));
+    }
+}
+
+std::optional<hostif::Recorder::Stats> HostLink::recorded() const
+{
+    return _recorder ? std::optional(_recorder->stats()) : std::nullopt;
 }
 
 } // namespace ig::app

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Between the host and the world: drains the socket, lets the session judge, applies what it accepts to the
-// world, and answers.
+// world, and answers. In replay there is no socket: whoever replays feeds the recorded datagrams and times.
 //
 // Timing (host.timing)
 //   async     Both run on clocks of their own. All that is queued is taken, and entities move on to the
@@ -15,6 +15,7 @@
 #pragma once
 
 #include "config/settings.h"
+#include "hostif/recorder.h"
 #include "hostif/session.h"
 #include "hostif/udp_socket.h"
 #include "ig/app/flood_guard.h"
@@ -23,7 +24,9 @@
 #include "ig/base/result.h"
 #include "ig/scene/world.h"
 
+#include <memory>
 #include <optional>
+#include <span>
 
 namespace ig::app {
 
@@ -31,9 +34,17 @@ class HostLink {
 public:
     static constexpr int kDatagramsPerFrame = 4096;
 
-    // Binds the socket. Errors: as hostif::parseAddress and hostif::UdpSocket::open, naming the config key.
-    // log must outlive the link.
+    // Binds the socket and begins the recording that settings.host.record names. Errors: as
+    // hostif::parseAddress, hostif::UdpSocket::open and hostif::Recorder::open, naming the config key. log
+    // must outlive the link.
     static Result<HostLink> open(const config::Settings& settings, LogSink& log);
+    // For replay. Errors: of host.peer.
+    static Result<HostLink> withoutSocket(const config::Settings& settings, LogSink& log);
+
+    // Replay: what the next receive() would have found on the socket. arrivalS: of the recording, does not go
+    // back. True when the session has accepted it as a message of the host, which makes a frame.
+    bool feed(std::span<const std::byte> bytes, const hostif::Address& sender, double arrivalS);
+    bool replays() const noexcept { return !_socket; }
 
     // The terrain can be drawn from now on.
     void terrainLoaded() noexcept { _session.setDatabaseState(hostif::DatabaseState::loaded); }
@@ -53,27 +64,34 @@ public:
     // The newest host message that was ever applied.
     const std::optional<hostif::HostFrame>& newestFrame() const noexcept { return _newestFrame; }
     hostif::SessionStats sessionStats() const noexcept { return _session.stats(); }
-    const hostif::UdpSocket::Stats& socketStats() const noexcept { return _socket.stats(); }
+    hostif::UdpSocket::Stats socketStats() const noexcept;
     const QueryStats& queryStats() const noexcept { return _queries.stats(); }
     // Statements that the world refused: no such entity, full, out of range.
     uint64_t refusedByWorld() const noexcept { return _refused; }
     // Frames in which the kernel dropped what was not the host's.
     uint64_t shieldedFrames() const noexcept { return _shieldedFrames; }
-    const hostif::Address& local() const noexcept { return _socket.local(); }
+    // Of the socket.
+    hostif::Address local() const noexcept;
+    // Stores what is recorded so far and ends the recording.
+    void finishRecording();
+    // Nothing: nothing is recorded.
+    std::optional<hostif::Recorder::Stats> recorded() const;
 
 private:
     enum class Timing { async, sync, lockstep };
 
-    HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options,
-             const config::Settings& settings, LogSink& log);
+    HostLink(const hostif::SessionOptions& options, const config::Settings& settings, LogSink& log);
 
+    bool take(hostif::UdpSocket::Received& received);
+    void noteRecording(const std::optional<Error>& failure);
     int drain(double nowS);
     int takeOneMessage(double nowS);
     void guard(uint64_t foreign, double nowS);
     void warnOnce(bool& noted, const char* line);
     void noteUnsupported(const hostif::SessionEvent& event);
 
-    hostif::UdpSocket _socket;
+    std::optional<hostif::UdpSocket> _socket;    // nothing in replay
+    std::unique_ptr<hostif::Recorder> _recorder; // null: nothing is recorded
     hostif::Session _session;
     LogSink* _log;
     Timing _timing;

@@ -51,7 +51,7 @@ gl::RendererSettings rendererSettings(const config::Settings& settings, const da
     return out;
 }
 
-out::SinkFormat sinkFormat(const config::Settings& settings)
+out::SinkFormat sinkFormat(const config::Settings& settings, bool replay)
 {
     out::SinkFormat out;
     out.widthPx = static_cast<int>(settings.view.width);
@@ -60,6 +60,7 @@ out::SinkFormat sinkFormat(const config::Settings& settings)
     out.ringSlots = static_cast<int>(settings.output.ringSlots);
     out.depth = settings.output.depth;
     out.clockNs = steadyNs;
+    out.waits = replay;
     return out;
 }
 
@@ -89,6 +90,26 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
     if (!host) {
         return Unexpected{host.error()};
     }
+    return create(settings, log, std::move(*host));
+}
+
+Result<std::unique_ptr<ImageGenerator>> ImageGenerator::createForReplay(const config::Settings& settings,
+                                                                        LogSink& log)
+{
+    auto host = HostLink::withoutSocket(settings, log);
+    if (!host) {
+        return Unexpected{host.error()};
+    }
+    config::Settings steady = settings;
+    steady.terrain.frameTimeMs = 0;
+    // As many as there can be: the picture is complete, whatever was loaded before it.
+    steady.terrain.pageLoadsPerFrame = 2 * steady.terrain.pageSlots;
+    return create(steady, log, std::move(*host));
+}
+
+Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Settings& settings, LogSink& log,
+                                                               HostLink host)
+{
     auto dataset = data::Dataset::open(settings.terrain.file);
     if (!dataset) {
         return Unexpected{dataset.error()};
@@ -110,7 +131,7 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
     }
     std::vector<NamedSink> sinks;
     for (const std::string& name : settings.output.sinks) {
-        auto sink = out::makeSink(name, sinkFormat(settings));
+        auto sink = out::makeSink(name, sinkFormat(settings, host.replays()));
         if (!sink) {
             return Unexpected{sink.error()};
         }
@@ -124,7 +145,7 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
         }
         sinks.push_back({"receipts:" + settings.output.receipts, std::move(*sink), {}});
     }
-    std::unique_ptr<ImageGenerator> generator(new ImageGenerator(settings, log, std::move(*host),
+    std::unique_ptr<ImageGenerator> generator(new ImageGenerator(settings, log, std::move(host),
                                                                  std::move(*context), std::move(*renderer),
                                                                  std::move(*dataset), std::move(sinks)));
     if (auto loaded = generator->_terrainView.preload(generator->_view); !loaded) {
@@ -168,12 +189,39 @@ void ImageGenerator::warmUp()
     _renderer->read(_picture);
 }
 
-ViewState ImageGenerator::currentView(double displayS)
+// Nothing before the host has put there what the view sits on.
+std::optional<ViewState> ImageGenerator::currentView(double displayS) const
 {
-    const auto view =
-        _world.viewState(static_cast<uint16_t>(_settings.view.id), _view.widthPx, _view.heightPx, displayS);
-    // A host that destroys its ownship or resets leaves the last picture, not a black one.
-    return view.value_or(_view);
+    return _world.viewState(static_cast<uint16_t>(_settings.view.id), _view.widthPx, _view.heightPx,
+                            displayS);
+}
+
+// Live, the picture is out when the next frame begins. In replay a frame belongs to a message of the host.
+double ImageGenerator::displayTimeS(double nowS) const
+{
+    return _host.replays() && _host.newestFrame() ? _host.newestFrame()->dataS
+                                                  : nowS + 1.0 / _settings.view.rateHz;
+}
+
+int64_t ImageGenerator::clockNs() const noexcept
+{
+    return steadyNs() + _recordingAheadNs;
+}
+
+bool ImageGenerator::feed(std::span<const std::byte> bytes, const hostif::Address& sender, int64_t timeNs)
+{
+    return _host.feed(bytes, sender, static_cast<double>(timeNs) * kSecondsPerNs);
+}
+
+FrameStats ImageGenerator::replayFrame(int64_t timeNs)
+{
+    _recordingAheadNs = timeNs - steadyNs();
+    return frame(timeNs);
+}
+
+void ImageGenerator::addSink(std::string name, std::unique_ptr<out::FrameSink> sink)
+{
+    _sinks.push_back({std::move(name), std::move(sink), {}});
 }
 
 FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
@@ -182,24 +230,26 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     stats.number = _frameNumber++;
     const double nowS = static_cast<double>(startNs) * kSecondsPerNs;
     _host.receive(_world, nowS);
-    const double displayS =
-        nowS + 1.0 / _settings.view.rateHz; // the picture is out when the next frame begins
+    const double displayS = displayTimeS(nowS);
     _world.standOnGround(*_ground, displayS);
     _host.answerQueries(_world, displayS);
     _host.answer(nowS);
-    _view = currentView(displayS);
-    stats.hostNs = steadyNs() - startNs;
+    const auto view = currentView(displayS);
+    stats.placed = view.has_value();
+    // A host that destroys its ownship or resets leaves the last picture, not a black one.
+    _view = view.value_or(_view);
+    stats.hostNs = clockNs() - startNs;
 
     if (_timeControl) {
         _terrainView.setTriangleBudget(_timeControl->budgetFor(_view));
     }
     _terrainView.draw(_view, stats);
-    const int64_t drawn = steadyNs();
+    const int64_t drawn = clockNs();
     _renderer->read(_picture);
     if (!_depthM.empty()) {
         _renderer->readDepth(_depthM);
     }
-    const int64_t readBack = steadyNs();
+    const int64_t readBack = clockNs();
     stats.readBackNs = readBack - drawn;
     out::Receipt receipt = receiptOf(stats, _view, _terrain.info().shape.ellipsoid,
                                      {startNs, startNs + stats.hostNs, readBack, _settings.view.rateHz},
@@ -212,7 +262,7 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     receipt.host_lost = session.lost;
     receipt.host_late = session.late;
     handOut(receipt);
-    const int64_t handedOut = steadyNs();
+    const int64_t handedOut = clockNs();
     stats.sinkNs = handedOut - readBack;
     if (const auto arrivalS = _host.newestArrivalS()) {
         stats.transportDelayNs = handedOut - static_cast<int64_t>(*arrivalS / kSecondsPerNs);
@@ -220,7 +270,7 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     if (_timeControl) {
         _timeControl->look(_view, _picture);
     }
-    stats.frameNs = steadyNs() - startNs;
+    stats.frameNs = clockNs() - startNs;
     if (_timeControl) {
         _timeControl->observe(stats);
     }
@@ -241,7 +291,7 @@ void ImageGenerator::handOut(out::Receipt& receipt)
         if (!sink.sink) {
             continue;
         }
-        receipt.publish_ns = steadyNs();
+        receipt.publish_ns = clockNs();
         if (const auto written = sink.sink->write(frame); !written) {
             _log.write(
                 LogLevel::error,
@@ -289,6 +339,7 @@ std::vector<std::string> ImageGenerator::sinkNames() const
 
 RunSummary ImageGenerator::finish(uint64_t missedFrames, double durationS)
 {
+    _host.finishRecording();
     for (NamedSink& sink : _sinks) {
         if (sink.sink) {
             const out::SinkStats before = sink.sink->stats();
@@ -326,6 +377,7 @@ RunSummary ImageGenerator::summary(uint64_t missedFrames, double durationS) cons
     run.refusedByWorld = _host.refusedByWorld();
     run.shieldedFrames = _host.shieldedFrames();
     run.queries = _host.queryStats();
+    run.recorded = _host.recorded();
     return run;
 }
 

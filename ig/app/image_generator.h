@@ -23,6 +23,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,9 +34,24 @@ public:
     // Binds the port first (a host may speak before the terrain is there), then opens terrain, graphics and
     // sinks and loads what the first picture needs. Errors: of whichever part, ready to print.
     static Result<std::unique_ptr<ImageGenerator>> create(const config::Settings& settings, LogSink& log);
+    // Without a port, for feed() and replayFrame(): nothing depends on how fast this machine is. The triangle
+    // budget is fixed, sinks wait instead of dropping frames.
+    static Result<std::unique_ptr<ImageGenerator>> createForReplay(const config::Settings& settings,
+                                                                   LogSink& log);
 
     // Makes one frame. startNs: when it starts, steady clock; missedFrames: so far, for its receipt.
     FrameStats frame(int64_t startNs, uint64_t missedFrames = 0);
+
+    // Replay: takes a recorded datagram; true when it is a host message, and a frame is due. timeNs: of the
+    // recording, from any origin, does not go back.
+    bool feed(std::span<const std::byte> bytes, const hostif::Address& sender, int64_t timeNs);
+    // Makes the frame of the message just fed, at a time of the recording: the instant that the host's data
+    // are of, with every page that it wants. What the message states is drawn as it says; entities that it
+    // does not name have moved on with their rates, where the host and host.timing allow that.
+    FrameStats replayFrame(int64_t timeNs);
+
+    // One more sink, after those of the settings.
+    void addSink(std::string name, std::unique_ptr<out::FrameSink> sink);
 
     // Takes over what may change while running (config::applyLive), between two frames.
     void apply(const config::Settings& settings);
@@ -62,8 +78,12 @@ private:
     ImageGenerator(const config::Settings& settings, LogSink& log, HostLink host, gl::Context context,
                    std::unique_ptr<gl::Renderer> renderer, data::Dataset dataset,
                    std::vector<NamedSink> sinks);
+    static Result<std::unique_ptr<ImageGenerator>> create(const config::Settings& settings, LogSink& log,
+                                                          HostLink host);
     void warmUp(); // a picture for nobody: drivers compile at the first draw
-    ViewState currentView(double displayS);
+    std::optional<ViewState> currentView(double displayS) const;
+    double displayTimeS(double nowS) const;
+    int64_t clockNs() const noexcept;
     void handOut(out::Receipt& receipt);
 
     config::Settings _settings;
@@ -82,6 +102,8 @@ private:
     std::vector<float> _depthM; // empty: nobody wants it
     RunStatistics _statistics;
     uint64_t _frameNumber = 0;
+    int64_t _recordingAheadNs =
+        0; // of the steady clock; times of a replayed frame count from the recording's
 };
 
 } // namespace ig::app

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // eyepoint-ig: draws what a host asks for, at a fixed rate, until it is told to stop.
+#include "ig/app/flush_denormals.h"
 #include "ig/app/frame_schedule.h"
 #include "ig/app/image_generator.h"
 #include "ig/app/log.h"
 #include "ig/app/metrics_server.h"
 #include "ig/app/service_notifier.h"
+#include "ig/app/settings_arguments.h"
 #include "ig/app/signals.h"
 #include "ig/app/statistics_file.h"
 #include "ig/app/steady_clock.h"
@@ -14,31 +16,13 @@
 #endif
 
 #include <CLI/CLI.hpp>
-#include <unistd.h>
 
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
-#include <filesystem>
 #include <new>
-
-#if defined(__SSE__)
-#include <xmmintrin.h>
-#endif
 
 namespace {
 
-// Denormals cost a hundred times a normal operation and draw nothing.
-void flushDenormals()
-{
-#if defined(__SSE__)
-    _mm_setcsr(_mm_getcsr() | 0x8040); // flush to zero, denormals are zero
-#endif
-}
-
-struct Arguments {
-    std::string config, terrain, listen, stats, receipts;
-    std::vector<std::string> sinks, assignments;
+struct Arguments : ig::app::SettingsArguments {
     uint64_t frames = 0;
     bool checkConfig = false;
     bool selfTest = false;
@@ -49,59 +33,6 @@ int fail(const ig::Error& error)
 {
     std::fprintf(stderr, "eyepoint-ig: %s\n", error.message.c_str());
     return ig::exitCode(error.kind);
-}
-
-// Said before the flight, not after it.
-ig::Result<void> checkStatsPath(const std::string& path)
-{
-    const auto directory = std::filesystem::absolute(path).parent_path();
-    if (access(directory.c_str(), W_OK | X_OK) != 0) {
-        return ig::fail(ig::ErrorKind::usage, "cannot write " + path + " (--stats, output.stats): " +
-                                                  directory.string() + ": " + std::strerror(errno));
-    }
-    return {};
-}
-
-ig::Result<config::Settings> settingsOf(const Arguments& arguments)
-{
-    config::Settings settings;
-    if (!arguments.config.empty()) {
-        auto loaded = config::load(arguments.config);
-        if (!loaded) {
-            return loaded;
-        }
-        settings = std::move(*loaded);
-    }
-    for (const std::string& assignment : arguments.assignments) {
-        if (auto assigned = config::assign(settings, assignment); !assigned) {
-            return ig::Unexpected{assigned.error()};
-        }
-    }
-    if (!arguments.terrain.empty()) {
-        settings.terrain.file = arguments.terrain;
-    }
-    if (!arguments.listen.empty()) {
-        settings.host.listen = arguments.listen;
-    }
-    if (!arguments.stats.empty()) {
-        settings.output.stats = arguments.stats;
-    }
-    if (!arguments.receipts.empty()) {
-        settings.output.receipts = arguments.receipts;
-    }
-    if (!arguments.sinks.empty()) {
-        settings.output.sinks = arguments.sinks;
-    }
-    // The self-test brings its own terrain.
-    if (auto checked = config::check(settings); !checked && !arguments.selfTest) {
-        return ig::Unexpected{checked.error()};
-    }
-    if (!settings.output.stats.empty()) {
-        if (auto writable = checkStatsPath(settings.output.stats); !writable) {
-            return ig::Unexpected{writable.error()};
-        }
-    }
-    return settings;
 }
 
 // The frame loop and what goes on beside it.
@@ -202,7 +133,7 @@ private:
     void reload()
     {
         _notifier.reloading(ig::app::steadyNs());
-        if (const auto settings = settingsOf(_arguments); !settings) {
+        if (const auto settings = ig::app::settingsOf(_arguments); !settings) {
             say(ig::LogLevel::error, "reload_refused",
                 {{"reason", settings.error().message},
                  {"remedy", "everything stays as it was; put it right and send SIGHUP again"}});
@@ -267,7 +198,7 @@ private:
 int run(const config::Settings& settings, const Arguments& arguments)
 {
     ig::app::installSignals();
-    flushDenormals();
+    ig::app::flushDenormals();
     const auto log = ig::app::makeLog(settings.log.level);
     const auto failAfterLog = [&](const ig::Error& error) {
         log->finish(); // what led to it stands before it
@@ -319,19 +250,11 @@ int main(int argc, char** argv)
 {
     CLI::App app{"Eyepoint image generator: draws terrain as a host simulator asks, over UDP."};
     Arguments arguments;
-    app.add_option("--config", arguments.config, "settings, TOML; config/eyepoint.toml lists every key");
-    app.add_option("--terrain", arguments.terrain, "terrain dataset, .ept (terrain.file)");
+    ig::app::addSettingsOptions(app, arguments);
     app.add_option("--listen", arguments.listen, "ADDRESS:PORT to receive host packets on (host.listen)");
+    app.add_option("--record", arguments.record,
+                   "write every datagram that arrives to this pcap file (host.record)");
     app.add_option("--frames", arguments.frames, "stop after this many frames")->check(CLI::PositiveNumber);
-    app.add_option("--sink", arguments.sinks,
-                   "png:DIR, y4m:FILE, raw:FILE, gst:PIPELINE, shm:NAME or null, FILE - is standard output; "
-                   "may be repeated "
-                   "(output.sinks)");
-    app.add_option("--receipts", arguments.receipts,
-                   "write a JSON line per frame to this file (output.receipts)");
-    app.add_option("--stats", arguments.stats,
-                   "write statistics as JSON to this file at the end (output.stats)");
-    app.add_option("--set", arguments.assignments, "section.key=value, over the file; may be repeated");
     app.add_flag("--check-config", arguments.checkConfig, "check the settings and end");
 #if defined(EYEPOINT_SELFTEST)
     auto* selfTestFlag = app.add_flag("--selftest", arguments.selfTest,
@@ -346,7 +269,8 @@ int main(int argc, char** argv)
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? 0 : ig::exitCode(ig::ErrorKind::usage);
     }
-    const auto settings = settingsOf(arguments);
+    arguments.withTerrain = !arguments.selfTest;
+    const auto settings = ig::app::settingsOf(arguments);
     if (!settings) {
         return fail(settings.error());
     }

@@ -52,6 +52,10 @@ Json packets(const RunSummary& run)
               {"receive_errors", run.socket.receiveErrors},
               {"dropped_by_kernel", run.socket.dropped},
               {"shielded_frames", run.shieldedFrames}};
+    if (run.recorded) {
+        json["recorded"] = run.recorded->written;
+        json["recording_dropped"] = run.recorded->dropped;
+    }
     for (size_t i = 0; i < hostif::kReasonCount; ++i) {
         const auto reason = static_cast<hostif::Reason>(i);
         json[std::string(hostif::reasonName(reason))] = run.session.reasons[reason];

@@ -11,6 +11,7 @@
 #include "ig/lod/budget_reversals.h"
 #include "ig/out/frame_sink.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,7 @@ struct RunSummary {
     uint64_t refusedByWorld = 0;
     uint64_t shieldedFrames = 0;
     QueryStats queries;
+    std::optional<hostif::Recorder::Stats> recorded; // nothing: nothing was to be recorded
     struct Sink {
         std::string name;
         out::SinkStats stats;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // ig/out: hands finished frames to those who use them. A sink never holds up the frame loop for longer
 // than a copy: what may block (disk, compression) runs on the sink's own thread behind a bounded queue,
-// and what does not fit in the queue is dropped and counted.
+// and what does not fit in the queue is dropped and counted. In replay, where nothing hurries, it waits
+// instead (SinkFormat::waits).
 #pragma once
 
 #include "ig/base/result.h"
@@ -49,6 +50,7 @@ struct SinkFormat {
     double rateHz = 60; // frames per second, written into headers
     int ringSlots = 4;  // of shm:NAME, 2 to 64
     bool depth = false; // frames come with depth; shm:NAME has a plane for it
+    bool waits = false; // where frames come faster than they can be stored, wait for room and drop none
     // CLOCK_MONOTONIC, ns: the clock of receipts. Must be set for shm:NAME.
     int64_t (*clockNs)() = nullptr;
 };

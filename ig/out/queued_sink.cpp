@@ -60,7 +60,9 @@ Result<void> QueuedSink::write(const Frame& frame)
                                 _format.heightPx));
     size_t at = 0;
     {
-        const std::lock_guard lock(_mutex);
+        std::unique_lock lock(_mutex);
+        if (_format.waits)
+            _room.wait(lock, [this] { return _count < _ring.size() || _error; });
         if (_error)
             return Unexpected{*_error};
         if (_count == _ring.size()) {
@@ -119,7 +121,9 @@ void QueuedSink::run()
         ++_stats.written;
         _first = (_first + 1) % _ring.size();
         --_count;
+        _room.notify_one();
     }
+    _room.notify_one();
     if (!_error) {
         lock.unlock();
         const Result<void> finished = _writer->finish();

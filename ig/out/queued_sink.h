@@ -15,8 +15,8 @@
 namespace ig::out {
 
 // write() copies the frame into a free buffer of the ring, made beforehand, or drops it when there is none;
-// it never waits for the writer. At the end the queue is drained; a writer that gets nothing stored for
-// kDrainTime is told to give up.
+// it never waits for the writer, unless the format says so. At the end the queue is drained; a writer that
+// gets nothing stored for kDrainTime is told to give up.
 class QueuedSink final : public FrameSink {
 public:
     static constexpr size_t kQueuedFrames = 4;
@@ -45,7 +45,7 @@ private:
     std::vector<Slot> _ring;
 
     mutable std::mutex _mutex; // held for a few instructions only: guards what follows
-    std::condition_variable _changed, _ended;
+    std::condition_variable _changed, _room, _ended;
     size_t _first = 0; // oldest frame in the ring; the writer may be reading it
     size_t _count = 0;
     bool _closing = false;

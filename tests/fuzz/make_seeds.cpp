@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Writes the seed files of the fuzz targets: fuzz_seeds tests/fuzz/corpus
+// Writes the seed files of the fuzz targets: fuzz_seeds tests/fuzz/corpus [directory of test vectors, *.hex]
+#include "captures.h"
 #include "hostif/fgnet.h"
+#include "hostif/udp_capture.h"
 #include "hostif_fields.h"
 
 #include <cstdio>
@@ -135,6 +137,19 @@ Bytes changeOfHosts()
     return steps;
 }
 
+// What Recorder writes.
+Bytes recorded(hostif::IpFamily family)
+{
+    const hostif::Address from{.family = family, .port = 40000};
+    const hostif::Address to{.family = family, .port = 8000};
+    Bytes bytes;
+    hostif::appendCaptureHeader(bytes);
+    appendCaptured(bytes, 1'000'000'000, from, to, fdm(56.8));
+    appendCaptured(bytes, 1'016'666'667, from, to,
+                   frame(Protocol::cigi3, ByteOrder::little, control(1, hostif::IgMode::operate, 0)));
+    return bytes;
+}
+
 bool write(const std::filesystem::path& path, const Bytes& bytes)
 {
     std::error_code ignored;
@@ -144,12 +159,30 @@ bool write(const std::filesystem::path& path, const Bytes& bytes)
     return bool(file.flush());
 }
 
+// Each for the codec that the first part of its name says.
+bool writeVectors(const std::filesystem::path& vectors, const std::filesystem::path& root)
+{
+    bool good = true;
+    for (const auto& entry : std::filesystem::directory_iterator(vectors)) {
+        const std::string name = entry.path().stem().string();
+        if (entry.path().extension() != ".hex")
+            continue;
+        const std::string target = name.starts_with("fgnet")    ? "fuzz_fgnet"
+                                   : name.starts_with("cigi33") ? "fuzz_cigi33"
+                                                                : "fuzz_cigi40";
+        std::ifstream file(entry.path());
+        const std::string text{std::istreambuf_iterator<char>(file), {}};
+        good &= write(root / target / ("vector_" + name + ".bin"), test::fromHex(text));
+    }
+    return good;
+}
+
 } // namespace
 
 int main(int argc, char** argv)
 {
-    if (argc != 2) {
-        std::fprintf(stderr, "usage: fuzz_seeds DIRECTORY\n");
+    if (argc != 2 && argc != 3) {
+        std::fprintf(stderr, "usage: fuzz_seeds DIRECTORY [VECTORS]\n");
         return 2;
     }
     using hostif::HostMessage;
@@ -185,6 +218,20 @@ int main(int argc, char** argv)
     good &= write(root / "fuzz_session" / "change_of_hosts.bin", changeOfHosts());
     good &= write(root / "fuzz_fgnet" / "turn.bin", fdm(56.876));
     good &= write(root / "fuzz_fgnet" / "nowhere.bin", fdm(95));
+    if (argc == 3)
+        good &= writeVectors(argv[2], root);
+    const std::filesystem::path captures = root / "fuzz_capture";
+    good &= write(captures / "recorded4.pcap", recorded(hostif::IpFamily::v4));
+    good &= write(captures / "recorded6.pcap", recorded(hostif::IpFamily::v6));
+    int number = 0;
+    for (const test::Framed& framed : test::everyFraming()) {
+        const std::string name = std::to_string(number++);
+        const bool big = number % 2 == 0;
+        const std::vector<Bytes> packets{framed.bytes, framed.bytes};
+        good &= write(captures / (name + ".pcap"), test::pcapFile(framed.number, packets, big));
+        good &= write(captures / (name + ".pcapng"), test::pcapngFile(framed.number, packets, big));
+        good &= write(captures / (name + ".packet"), framed.bytes);
+    }
     if (!good)
         std::fprintf(stderr, "fuzz_seeds: cannot write to %s\n", argv[1]);
     return good ? 0 : 1;

@@ -33,6 +33,7 @@ struct Arguments {
     std::string protocol = "cigi3";
     std::string path;
     std::string orbit;
+    std::string record;
     double rateHz = 60;
     double durationS = 0; // 0: that of the path
     double speedMps = 150;
@@ -86,6 +87,7 @@ void declare(CLI::App& app, Arguments& a)
     app.add_option("--fov-v", a.fovVDeg, "Full vertical field of view, degrees")->check(within(0.001, 179.0));
     app.add_option("--view-pitch", a.viewPitchDeg, "Pitch of the view from the ownship's axis, degrees")
         ->check(within(-90.0, 90.0));
+    app.add_option("--record", a.record, "Write what is sent and what comes back to this pcap file");
     app.add_flag("--big-endian", a.bigEndian, "Send as a big-endian host");
     app.add_flag("--json", a.json, "Report as one JSON object on standard output");
     app.footer(
@@ -143,6 +145,7 @@ ig::Result<host::RunOptions> runOptions(const Arguments& a)
     options.link = linkOptions(a);
     options.rateHz = a.rateHz;
     options.waitS = a.waitS;
+    options.record = a.record;
     auto target = hostif::parseAddress(a.target);
     if (!target)
         return ig::Unexpected{target.error()};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tools/host/run.h"
 
+#include "hostif/recorder.h"
 #include "hostif/udp_socket.h"
 
 #include <algorithm>
@@ -40,9 +41,10 @@ hostif::Address freePortToward(const hostif::Address& target)
 // Sends one message per period at absolute deadlines and listens in between.
 class Pacer {
 public:
-    Pacer(const RunOptions& options, hostif::UdpSocket& socket, HostLink& link,
+    // recorder may be null.
+    Pacer(const RunOptions& options, hostif::UdpSocket& socket, hostif::Recorder* recorder, HostLink& link,
           const volatile std::sig_atomic_t& stop)
-        : _options(options), _socket(socket), _link(link), _stop(stop)
+        : _options(options), _socket(socket), _recorder(recorder), _link(link), _stop(stop)
     {
     }
 
@@ -62,7 +64,11 @@ public:
             for (; double(k + 1) <= due && !done(double(k + 1) / _options.rateHz); ++k)
                 ++skipped;
             const Pose pose = _options.poseAt(double(k) / _options.rateHz);
-            _socket.send(_link.nextMessage(pose, nowS()), _options.target);
+            const double sentS = nowS();
+            const auto message = _link.nextMessage(pose, sentS);
+            _socket.send(message, _options.target);
+            if (_recorder != nullptr)
+                _recorder->take(_socket.local(), _options.target, message, sentS);
         }
     }
 
@@ -72,6 +78,8 @@ public:
             _socket.wait(deadlineS - nowS());
             hostif::UdpSocket::Received received;
             while (nowS() < deadlineS + 1 && _socket.receive(received)) {
+                if (_recorder != nullptr)
+                    _recorder->take(received.sender, _socket.local(), received.bytes, received.arrivalS);
                 if (received.sender.sameHost(_options.target))
                     _link.receive(received.bytes, received.arrivalS);
             }
@@ -81,6 +89,7 @@ public:
 private:
     const RunOptions& _options;
     hostif::UdpSocket& _socket;
+    hostif::Recorder* _recorder;
     HostLink& _link;
     const volatile std::sig_atomic_t& _stop;
 };
@@ -121,8 +130,15 @@ ig::Result<RunResult> run(const RunOptions& options, const volatile std::sig_ato
     auto socket = hostif::UdpSocket::open(options.local.value_or(freePortToward(options.target)));
     if (!socket)
         return ig::Unexpected{socket.error()};
+    std::unique_ptr<hostif::Recorder> recorder;
+    if (!options.record.empty()) {
+        auto opened = hostif::Recorder::open(options.record);
+        if (!opened)
+            return ig::Unexpected{opened.error()};
+        recorder = std::move(*opened);
+    }
     HostLink link(options.link);
-    Pacer pacer(options, *socket, link, stop);
+    Pacer pacer(options, *socket, recorder.get(), link, stop);
     RunResult result;
 
     const double startS = nowS();
@@ -147,6 +163,10 @@ ig::Result<RunResult> run(const RunOptions& options, const volatile std::sig_ato
         pacer.listenUntil(std::min(endS, nowS() + 0.01));
     result.interrupted = stop != 0;
     result.link = link.stats();
+    if (recorder) {
+        if (const auto closed = recorder->close(); !closed)
+            return ig::Unexpected{closed.error()};
+    }
     const bool answers = options.link.protocol != hostif::Protocol::fgnet;
     if (answers && result.link.startOfFrames == 0 && !result.interrupted)
         return ig::fail(ig::ErrorKind::failed, hostif::toString(options.target) +

@@ -17,11 +17,13 @@ struct RunOptions {
     std::function<Pose(double timeS)> poseAt;
     double rateHz = 60;
     double durationS = 10;
-    double waitS = 30; // for the whole handshake
+    double waitS = 30;  // for the whole handshake
+    std::string record; // pcap file that gets what is sent and what comes back; empty: none
 };
 
 // Calls, does the handshake and flies. `stop` may be set by a signal handler: the flight then ends early.
-// Errors: the address cannot be used, nobody answers, or the handshake does not come to its end.
+// Errors: the address or the recording cannot be used, nobody answers, or the handshake does not come to its
+// end.
 ig::Result<RunResult> run(const RunOptions& options, const volatile std::sig_atomic_t& stop);
 
 } // namespace host

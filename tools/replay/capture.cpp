@@ -3,7 +3,9 @@
 
 #include <pcap/pcap.h>
 
+#include <algorithm>
 #include <array>
+#include <optional>
 
 namespace replay {
 
@@ -37,7 +39,7 @@ void Capture::Close::operator()(pcap* file) const noexcept
     pcap_close(file);
 }
 
-Capture::Capture(std::unique_ptr<pcap, Close> file, LinkType link, std::string path)
+Capture::Capture(File file, LinkType link, std::string path)
     : _file(std::move(file)), _link(link), _path(std::move(path))
 {
 }
@@ -45,10 +47,24 @@ Capture::Capture(std::unique_ptr<pcap, Close> file, LinkType link, std::string p
 ig::Result<Capture> Capture::open(const std::string& path)
 {
     std::array<char, PCAP_ERRBUF_SIZE> message{};
-    std::unique_ptr<pcap, Close> file(
+    File file(
         pcap_open_offline_with_tstamp_precision(path.c_str(), PCAP_TSTAMP_PRECISION_NANO, message.data()));
+    return adopt(std::move(file), path, message.data());
+}
+
+ig::Result<Capture> Capture::open(std::FILE* stream, const std::string& name)
+{
+    std::array<char, PCAP_ERRBUF_SIZE> message{};
+    File file(pcap_fopen_offline_with_tstamp_precision(stream, PCAP_TSTAMP_PRECISION_NANO, message.data()));
+    if (!file)
+        std::fclose(stream);
+    return adopt(std::move(file), name, message.data());
+}
+
+ig::Result<Capture> Capture::adopt(File file, const std::string& path, const char* libraryMessage)
+{
     if (!file) { // libpcap names the file in some of its messages
-        const std::string words = message.data();
+        const std::string words = libraryMessage;
         return ig::fail(ig::ErrorKind::usage, words.starts_with(path) ? words : path + ": " + words);
     }
     const int type = pcap_datalink(file.get());
@@ -75,14 +91,24 @@ ig::Result<bool> Capture::next(CapturedDatagram& out)
         default:
             return ig::fail(ig::ErrorKind::failed, _path + ": " + pcap_geterr(_file.get()));
         }
-        const auto udp = udpOf(_link, std::as_bytes(std::span<const u_char>(data, header->caplen)));
-        if (!udp) {
-            ++_otherPackets;
-            continue;
+        switch (udpOf(_link, std::as_bytes(std::span<const u_char>(data, header->caplen)), out.udp)) {
+        case PacketKind::datagram: {
+            constexpr int64_t kLatestS = 4'294'967'295; // in 2106; pcapng has room for more
+            constexpr int64_t kNsPerS = 1'000'000'000;  // the fraction is in nanoseconds, as opened
+            out.timeNs = std::clamp<int64_t>(header->ts.tv_sec, 0, kLatestS) * kNsPerS +
+                         std::clamp<int64_t>(header->ts.tv_usec, 0, kNsPerS - 1);
+            return true;
         }
-        constexpr double kNs = 1e-9; // the fraction, as opened
-        out = {double(header->ts.tv_sec) + kNs * double(header->ts.tv_usec), *udp};
-        return true;
+        case PacketKind::fragment:
+            ++_passedOver.fragments;
+            break;
+        case PacketKind::cutShort:
+            ++_passedOver.cutShort;
+            break;
+        case PacketKind::other:
+            ++_passedOver.others;
+            break;
+        }
     }
 }
 

@@ -2,9 +2,10 @@
 // Finds the UDP datagram in a captured packet. Pure; every byte is hostile until checked.
 #pragma once
 
+#include "hostif/address.h"
+
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 
 namespace replay {
@@ -19,13 +20,18 @@ enum class LinkType : uint8_t {
 };
 
 struct UdpPacket {
-    uint16_t sourcePort = 0;
-    uint16_t destinationPort = 0;
+    hostif::Address source, destination;
     std::span<const std::byte> payload;
 };
 
-// The datagram, or nothing: not IP, not UDP, a fragment, or cut short. IPv6 extension headers are passed
-// over.
-std::optional<UdpPacket> udpOf(LinkType link, std::span<const std::byte> packet);
+enum class PacketKind : uint8_t {
+    datagram,
+    fragment, // of an IP packet; they are not put together
+    cutShort, // a UDP datagram of which the capture has not all
+    other,    // not IP, not UDP, or nonsense
+};
+
+// Fills `out` when the packet is a whole datagram. IPv4 options and IPv6 extension headers are passed over.
+PacketKind udpOf(LinkType link, std::span<const std::byte> packet, UdpPacket& out);
 
 } // namespace replay

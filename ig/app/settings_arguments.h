@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// The command line of programs that draw, as settings: what --config reads, then --set, then the options with
+// names of their own.
+#pragma once
+
+#include "config/settings.h"
+
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace ig::app {
+
+struct SettingsArguments {
+    std::string config, terrain, stats, receipts;
+    std::vector<std::string> sinks, assignments;
+    std::string listen, record; // options of eyepoint-ig alone
+    bool withTerrain = true;             // false: the program brings its own, whatever the settings lack
+};
+
+// --config, --terrain, --sink, --receipts, --stats and --set. arguments must outlive app's parsing.
+void addSettingsOptions(CLI::App& app, SettingsArguments& arguments);
+
+// Checked settings. Errors (usage): as config::load, assign and check; statistics that cannot be written.
+Result<config::Settings> settingsOf(const SettingsArguments& arguments);
+
+// Whether a file can be made there; said before the flight, not after it. option: that named the path. Error
+// (usage): what the system said.
+Result<void> checkDirectoryOf(const std::string& path, const std::string& option);
+
+} // namespace ig::app
