@@ -5,39 +5,60 @@
 
 namespace ig::data {
 
-PageSlots::PageSlots(uint32_t pages, uint32_t slots) : _slotOfPage(pages, kNone), _slots(slots)
+PageSlots::PageSlots(uint32_t pages, uint32_t slots)
+    : _slotOfPage(pages, kNone), _slots(slots), _allFit(pages <= slots)
 {
     assert(slots > 0);
 }
 
-void PageSlots::use(std::span<const uint32_t> pages)
+void PageSlots::keep(std::span<const uint32_t> pages)
 {
-    ++_now;
+    if (_allFit) {
+        return;
+    }
     for (const uint32_t page : pages) {
-        if (_slotOfPage[page] != kNone) {
-            touch(page);
+        if (const int32_t slot = _slotOfPage[page]; slot != kNone) {
+            _slots[static_cast<size_t>(slot)].keptAt = _now;
+            makeNewest(slot);
         }
     }
 }
 
-void PageSlots::touch(uint32_t page)
+void PageSlots::use(std::span<const uint32_t> pages)
+{
+    if (_allFit) {
+        return;
+    }
+    for (const uint32_t page : pages) {
+        if (_slotOfPage[page] != kNone) {
+            use(page);
+        }
+    }
+}
+
+void PageSlots::use(uint32_t page)
 {
     const int32_t slot = _slotOfPage[page];
     assert(slot != kNone);
-    _slots[static_cast<size_t>(slot)].usedAt = _now;
-    unlink(slot);
-    linkNewest(slot);
+    if (!_allFit) {
+        _slots[static_cast<size_t>(slot)].usedAt = _now;
+        makeNewest(slot);
+    }
 }
 
-bool PageSlots::hasRoom() const noexcept
+bool PageSlots::hasRoom(Claim claim) const noexcept
 {
-    return _resident < _slots.size() || _slots[static_cast<size_t>(_oldest)].usedAt != _now;
+    if (_resident < _slots.size()) {
+        return true;
+    }
+    const Slot& oldest = _slots[static_cast<size_t>(_oldest)];
+    return oldest.usedAt != _now && (claim == Claim::wanted || oldest.keptAt != _now);
 }
 
-std::optional<PageSlots::Placement> PageSlots::place(uint32_t page)
+std::optional<PageSlots::Placement> PageSlots::place(uint32_t page, Claim claim)
 {
     assert(_slotOfPage[page] == kNone);
-    if (!hasRoom()) {
+    if (!hasRoom(claim)) {
         return std::nullopt;
     }
     int32_t slot = kNone;
@@ -50,11 +71,18 @@ std::optional<PageSlots::Placement> PageSlots::place(uint32_t page)
         _slotOfPage[static_cast<size_t>(evicted)] = kNone;
         unlink(slot);
     }
-    _slots[static_cast<size_t>(slot)].page = static_cast<int32_t>(page);
-    _slots[static_cast<size_t>(slot)].usedAt = _now;
+    Slot& placed = _slots[static_cast<size_t>(slot)];
+    placed.page = static_cast<int32_t>(page);
+    (claim == Claim::wanted ? placed.usedAt : placed.keptAt) = _now;
     _slotOfPage[page] = slot;
     linkNewest(slot);
     return Placement{static_cast<uint32_t>(slot), evicted};
+}
+
+void PageSlots::makeNewest(int32_t slot)
+{
+    unlink(slot);
+    linkNewest(slot);
 }
 
 void PageSlots::unlink(int32_t index)
