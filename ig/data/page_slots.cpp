@@ -5,75 +5,100 @@
 
 namespace ig::data {
 
+namespace {
+
+uint64_t bitOf(uint32_t user)
+{
+    assert(user < PageSlots::kMaxUsers);
+    return uint64_t{1} << user;
+}
+
+} // namespace
+
 PageSlots::PageSlots(uint32_t pages, uint32_t slots)
     : _slotOfPage(pages, kNone), _slots(slots), _allFit(pages <= slots)
 {
     assert(slots > 0);
 }
 
-void PageSlots::keep(std::span<const uint32_t> pages)
+void PageSlots::use(std::span<const uint32_t> pages, uint32_t user)
 {
     if (_allFit) {
         return;
     }
+    for (Slot& slot : _slots) {
+        slot.users &= ~bitOf(user);
+    }
+    for (const uint32_t page : pages) {
+        if (_slotOfPage[page] != kNone) {
+            touch(page, user);
+        }
+    }
+}
+
+void PageSlots::keep(std::span<const uint32_t> pages, uint32_t user)
+{
+    if (_allFit) {
+        return;
+    }
+    for (Slot& slot : _slots) {
+        slot.keepers &= ~bitOf(user);
+    }
     for (const uint32_t page : pages) {
         if (const int32_t slot = _slotOfPage[page]; slot != kNone) {
-            _slots[static_cast<size_t>(slot)].keptAt = _now;
+            _slots[static_cast<size_t>(slot)].keepers |= bitOf(user);
             makeNewest(slot);
         }
     }
 }
 
-void PageSlots::use(std::span<const uint32_t> pages)
-{
-    if (_allFit) {
-        return;
-    }
-    for (const uint32_t page : pages) {
-        if (_slotOfPage[page] != kNone) {
-            use(page);
-        }
-    }
-}
-
-void PageSlots::use(uint32_t page)
+void PageSlots::touch(uint32_t page, uint32_t user)
 {
     const int32_t slot = _slotOfPage[page];
     assert(slot != kNone);
     if (!_allFit) {
-        _slots[static_cast<size_t>(slot)].usedAt = _now;
+        _slots[static_cast<size_t>(slot)].users |= bitOf(user);
         makeNewest(slot);
     }
 }
 
-bool PageSlots::hasRoom(Claim claim) const noexcept
+int32_t PageSlots::oldestFor(Claim claim) const noexcept
 {
-    if (_resident < _slots.size()) {
-        return true;
+    const auto isTaken = [&](const Slot& slot) {
+        return slot.users != 0 || (claim == Claim::ahead && slot.keepers != 0);
+    };
+    int32_t slot = _oldest;
+    while (slot != kNone && isTaken(_slots[static_cast<size_t>(slot)])) {
+        slot = _slots[static_cast<size_t>(slot)].newer;
     }
-    const Slot& oldest = _slots[static_cast<size_t>(_oldest)];
-    return oldest.usedAt != _now && (claim == Claim::wanted || oldest.keptAt != _now);
+    return slot;
 }
 
-std::optional<PageSlots::Placement> PageSlots::place(uint32_t page, Claim claim)
+bool PageSlots::hasRoom(Claim claim) const noexcept
+{
+    return _resident < _slots.size() || oldestFor(claim) != kNone;
+}
+
+std::optional<PageSlots::Placement> PageSlots::place(uint32_t page, uint32_t user, Claim claim)
 {
     assert(_slotOfPage[page] == kNone);
-    if (!hasRoom(claim)) {
-        return std::nullopt;
-    }
     int32_t slot = kNone;
     int32_t evicted = kNone;
     if (_resident < _slots.size()) {
         slot = static_cast<int32_t>(_resident++);
     } else {
-        slot = _oldest;
+        slot = oldestFor(claim);
+        if (slot == kNone) {
+            return std::nullopt;
+        }
         evicted = _slots[static_cast<size_t>(slot)].page;
         _slotOfPage[static_cast<size_t>(evicted)] = kNone;
         unlink(slot);
     }
     Slot& placed = _slots[static_cast<size_t>(slot)];
     placed.page = static_cast<int32_t>(page);
-    (claim == Claim::wanted ? placed.usedAt : placed.keptAt) = _now;
+    placed.users = claim == Claim::wanted ? bitOf(user) : 0;
+    placed.keepers = claim == Claim::ahead ? bitOf(user) : 0;
     _slotOfPage[page] = slot;
     linkNewest(slot);
     return Placement{static_cast<uint32_t>(slot), evicted};
