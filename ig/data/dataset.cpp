@@ -65,6 +65,16 @@ float roundedDown(double value)
                : narrow;
 }
 
+// What is kept of a PagePlace, in half its size.
+struct Payload {
+    uint64_t checksum;
+    uint64_t offset : 47; // of 2^32 pages of the largest size, too
+    uint64_t bytes : 16;
+    uint64_t hasHoles : 1;
+};
+static_assert(sizeof(Payload) == 16 && kMaxPayloadBytes < 1 << 15);
+constexpr uint64_t kOffsetMask = (uint64_t{1} << 47) - 1;
+
 std::string pageName(const lod::PageNode& node)
 {
     return "page depth " + std::to_string(node.depth) + " x " + std::to_string(node.x) + " y " +
@@ -92,7 +102,7 @@ struct Dataset::Impl {
     File file;
     DatasetInfo info;
     std::vector<lod::PageNode> pages;
-    std::vector<PagePlace> places;
+    std::vector<Payload> payloads;
     std::vector<int32_t> parents;
 };
 
@@ -110,16 +120,21 @@ Result<void> Dataset::Impl::readIndex(const EptHeader& header)
         return damaged("checksum");
 
     pages = buildHierarchy(info.shape);
-    places.resize(pages.size());
+    payloads.resize(pages.size());
     uint64_t next = header.headerBytes;
     for (size_t i = 0; i < pages.size(); ++i) {
         const auto record = std::span(index).subspan(i * kIndexRecordBytes, kIndexRecordBytes);
-        if (!decodeRecord(record, pages[i], places[i]) || places[i].offset != next ||
-            (places[i].hasHoles && !info.hasHoles))
+        PagePlace place;
+        if (!decodeRecord(record, pages[i], place) || place.offset != next ||
+            (place.hasHoles && !info.hasHoles))
             return damaged("record " + std::to_string(i));
-        next += places[i].bytes;
-        pages[i].minHeightM = roundedDown(places[i].minPost * info.heightScaleM + info.heightOffsetM);
-        pages[i].maxHeightM = -roundedDown(-(places[i].maxPost * info.heightScaleM + info.heightOffsetM));
+        next += place.bytes;
+        payloads[i].checksum = place.checksum;
+        payloads[i].offset = place.offset & kOffsetMask;
+        payloads[i].bytes = place.bytes & 0xffff;
+        payloads[i].hasHoles = place.hasHoles ? 1 : 0;
+        pages[i].minHeightM = roundedDown(place.minPost * info.heightScaleM + info.heightOffsetM);
+        pages[i].maxHeightM = -roundedDown(-(place.maxPost * info.heightScaleM + info.heightOffsetM));
     }
     if (next != header.indexOffset)
         return damaged("payloads do not fill the file");
@@ -179,6 +194,11 @@ std::span<const lod::PageNode> Dataset::pages() const noexcept
 int32_t Dataset::parentOf(uint32_t page) const noexcept
 {
     return _impl->parents[page];
+}
+
+uint32_t Dataset::payloadBytes(uint32_t page) const noexcept
+{
+    return static_cast<uint32_t>(_impl->payloads[page].bytes);
 }
 
 namespace {
@@ -258,7 +278,7 @@ void computeFinest(const DatasetInfo& info, const lod::PageNode& page, PageHeigh
 
 PageContent Dataset::Impl::contentOf(uint32_t page) const
 {
-    return {page == 0, pages[page].depth == info.shape.deepestPage, places[page].hasHoles};
+    return {page == 0, pages[page].depth == info.shape.deepestPage, payloads[page].hasHoles != 0};
 }
 
 Unexpected<Error> Dataset::Impl::bad(uint32_t page, const std::string& what) const
@@ -269,7 +289,7 @@ Unexpected<Error> Dataset::Impl::bad(uint32_t page, const std::string& what) con
 // The bytes lie in a buffer of the thread, until its next call.
 Result<std::span<const uint8_t>> Dataset::Impl::readPayload(uint32_t page) const
 {
-    const PagePlace& place = places[page];
+    const Payload& place = payloads[page];
     thread_local std::vector<uint8_t> buffer(kMaxPayloadBytes);
     const auto payload = std::span(buffer).first(place.bytes);
     const ssize_t got = file.read(place.offset, payload);

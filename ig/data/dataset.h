@@ -45,7 +45,19 @@ struct DatasetInfo {
     uint64_t fileBytes = 0;
 };
 
-class Dataset {
+// Where pages come from, one by one.
+class PageSource {
+public:
+    virtual ~PageSource() = default;
+
+    // Reads, checks and decodes a page into out (resized on first use, then reused: no allocation). parent:
+    // the parent page as readPage decoded it, which has every fourth post; nullptr for the root and only
+    // there. Thread-safe for different outputs. Errors (dataset): unreadable or damaged; the message names
+    // the page.
+    virtual Result<void> readPage(uint32_t page, const PageHeights* parent, PageHeights& out) const = 0;
+};
+
+class Dataset final : public PageSource {
 public:
     // Opens a file and reads header and index. Errors (dataset): missing, not an .ept file, another
     // version, cut short, a checksum that does not match; the message says which and what to do.
@@ -53,7 +65,7 @@ public:
 
     Dataset(Dataset&&) noexcept;
     Dataset& operator=(Dataset&&) noexcept;
-    ~Dataset();
+    ~Dataset() override;
 
     const DatasetInfo& info() const noexcept;
     // All pages, coarse to fine; page 0 is the root. Page numbers index this span.
@@ -62,11 +74,9 @@ public:
     // Page that has this one for a child; kNoPage for the root.
     int32_t parentOf(uint32_t page) const noexcept;
 
-    // Reads, checks and decodes a page into out (resized on first use, then reused: no allocation). parent:
-    // the parent page as readPage decoded it, which has every fourth post; nullptr for the root and only
-    // there. Thread-safe for different outputs. Errors (dataset): unreadable or damaged; the message names
-    // the page.
-    Result<void> readPage(uint32_t page, const PageHeights* parent, PageHeights& out) const;
+    // Size of what readPage reads of the file.
+    uint32_t payloadBytes(uint32_t page) const noexcept;
+    Result<void> readPage(uint32_t page, const PageHeights* parent, PageHeights& out) const override;
 
     // Whether readPage would succeed, whatever state the page's ancestors are in. The same errors.
     Result<void> checkPage(uint32_t page) const;

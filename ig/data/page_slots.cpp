@@ -1,27 +1,33 @@
 // SPDX-License-Identifier: MIT
 #include "ig/data/page_slots.h"
 
-#include <algorithm>
 #include <cassert>
 
 namespace ig::data {
 
-PageSlots::PageSlots(uint32_t pages, uint32_t slots) : _slotOfPage(pages, kNone), _slots(slots)
+namespace {
+
+uint64_t bitOf(uint32_t user)
+{
+    assert(user < PageSlots::kMaxUsers);
+    return uint64_t{1} << user;
+}
+
+} // namespace
+
+PageSlots::PageSlots(uint32_t pages, uint32_t slots)
+    : _slotOfPage(pages, kNone), _slots(slots), _allFit(pages <= slots)
 {
     assert(slots > 0);
 }
 
-uint32_t PageSlots::pagesInUse() const noexcept
-{
-    return static_cast<uint32_t>(
-        std::count_if(_slots.begin(), _slots.end(), [](const Slot& slot) { return slot.users != 0; }));
-}
-
 void PageSlots::use(std::span<const uint32_t> pages, uint32_t user)
 {
-    assert(user < kMaxUsers);
+    if (_allFit) {
+        return;
+    }
     for (Slot& slot : _slots) {
-        slot.users &= ~(1U << user);
+        slot.users &= ~bitOf(user);
     }
     for (const uint32_t page : pages) {
         if (_slotOfPage[page] != kNone) {
@@ -30,30 +36,50 @@ void PageSlots::use(std::span<const uint32_t> pages, uint32_t user)
     }
 }
 
+void PageSlots::keep(std::span<const uint32_t> pages, uint32_t user)
+{
+    if (_allFit) {
+        return;
+    }
+    for (Slot& slot : _slots) {
+        slot.keepers &= ~bitOf(user);
+    }
+    for (const uint32_t page : pages) {
+        if (const int32_t slot = _slotOfPage[page]; slot != kNone) {
+            _slots[static_cast<size_t>(slot)].keepers |= bitOf(user);
+            makeNewest(slot);
+        }
+    }
+}
+
 void PageSlots::touch(uint32_t page, uint32_t user)
 {
     const int32_t slot = _slotOfPage[page];
     assert(slot != kNone);
-    _slots[static_cast<size_t>(slot)].users |= 1U << user;
-    unlink(slot);
-    linkNewest(slot);
+    if (!_allFit) {
+        _slots[static_cast<size_t>(slot)].users |= bitOf(user);
+        makeNewest(slot);
+    }
 }
 
-int32_t PageSlots::oldestUnused() const noexcept
+int32_t PageSlots::oldestFor(Claim claim) const noexcept
 {
+    const auto isTaken = [&](const Slot& slot) {
+        return slot.users != 0 || (claim == Claim::ahead && slot.keepers != 0);
+    };
     int32_t slot = _oldest;
-    while (slot != kNone && _slots[static_cast<size_t>(slot)].users != 0) {
+    while (slot != kNone && isTaken(_slots[static_cast<size_t>(slot)])) {
         slot = _slots[static_cast<size_t>(slot)].newer;
     }
     return slot;
 }
 
-bool PageSlots::hasRoom() const noexcept
+bool PageSlots::hasRoom(Claim claim) const noexcept
 {
-    return _resident < _slots.size() || oldestUnused() != kNone;
+    return _resident < _slots.size() || oldestFor(claim) != kNone;
 }
 
-std::optional<PageSlots::Placement> PageSlots::place(uint32_t page, uint32_t user)
+std::optional<PageSlots::Placement> PageSlots::place(uint32_t page, uint32_t user, Claim claim)
 {
     assert(_slotOfPage[page] == kNone);
     int32_t slot = kNone;
@@ -61,7 +87,7 @@ std::optional<PageSlots::Placement> PageSlots::place(uint32_t page, uint32_t use
     if (_resident < _slots.size()) {
         slot = static_cast<int32_t>(_resident++);
     } else {
-        slot = oldestUnused();
+        slot = oldestFor(claim);
         if (slot == kNone) {
             return std::nullopt;
         }
@@ -69,11 +95,19 @@ std::optional<PageSlots::Placement> PageSlots::place(uint32_t page, uint32_t use
         _slotOfPage[static_cast<size_t>(evicted)] = kNone;
         unlink(slot);
     }
-    _slots[static_cast<size_t>(slot)].page = static_cast<int32_t>(page);
-    _slots[static_cast<size_t>(slot)].users = 1U << user;
+    Slot& placed = _slots[static_cast<size_t>(slot)];
+    placed.page = static_cast<int32_t>(page);
+    placed.users = claim == Claim::wanted ? bitOf(user) : 0;
+    placed.keepers = claim == Claim::ahead ? bitOf(user) : 0;
     _slotOfPage[page] = slot;
     linkNewest(slot);
     return Placement{static_cast<uint32_t>(slot), evicted};
+}
+
+void PageSlots::makeNewest(int32_t slot)
+{
+    unlink(slot);
+    linkNewest(slot);
 }
 
 void PageSlots::unlink(int32_t index)
