@@ -6,9 +6,9 @@
 //   ratios    live ranges against evaluating everything, frame by frame, with the same lists; hybrid's tau
 //   and
 //             geomip's against bintree's
-#include "flight.h"
 #include "ig/app/terrain_view.h"
 #include "ig/gl/null_renderer.h"
+#include "tools/report/flight.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -120,10 +120,10 @@ Result<Flown> fly(const std::string& name, const lod::SelectionSettings& selecti
     if (!dataset || !ground) {
         return Unexpected{dataset ? ground.error() : dataset.error()};
     }
-    bench::FlightPlan plan;
+    report::FlightPlan plan;
     plan.speedMs = options.speedMs;
     plan.heightAboveGroundM = options.heightM;
-    bench::Flight flight(*ground, plan, bench::middleOf(ground->info()));
+    report::Flight flight(*ground, plan, report::middleOf(ground->info()));
     app::TerrainSettings settings;
     settings.selection = selection;
     gl::RendererSettings rendererSettings;

@@ -9,7 +9,6 @@
 //             Held: a pass before them, at the flight's rate, decides the budgets, so that the five draw the
 //             same triangles; what disturbed that pass is in its budgets
 //   machine   p99 / mean of fixed arithmetic in place of frames: what the machine itself adds to pace
-#include "flight.h"
 #include "ig/app/frame_schedule.h"
 #include "ig/app/frame_time_control.h"
 #include "ig/app/steady_clock.h"
@@ -17,6 +16,7 @@
 #include "ig/base/histogram.h"
 #include "ig/lod/budget_reversals.h"
 #include "static_mesh.h"
+#include "tools/report/flight.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -75,17 +75,17 @@ struct Runner {
     std::unique_ptr<app::TerrainResidency> terrain;
     std::unique_ptr<app::TerrainView> terrainView;
     std::unique_ptr<data::Dataset> ground; // a second handle, for the flight's height above it
-    std::unique_ptr<bench::Flight> flight;
+    std::unique_ptr<report::Flight> flight;
     std::vector<std::byte> picture;
     uint32_t overBudget = 0;
     bool holdCpuTime = false;
 
     void flyRound(const Geodetic& middle, const Options& options)
     {
-        bench::FlightPlan plan;
+        report::FlightPlan plan;
         plan.speedMs = options.speedMs;
         plan.heightAboveGroundM = options.heightM;
-        flight = std::make_unique<bench::Flight>(*ground, plan, middle);
+        flight = std::make_unique<report::Flight>(*ground, plan, middle);
     }
 
     struct Cost {
@@ -163,7 +163,7 @@ Result<std::unique_ptr<Runner>> makeRunner(const std::string& path, const Option
     runner->terrainView =
         std::make_unique<app::TerrainView>(*runner->terrain, settings.selection, *runner->renderer);
     runner->ground = std::make_unique<data::Dataset>(std::move(*ground));
-    runner->flyRound(bench::middleOf(runner->ground->info()), options);
+    runner->flyRound(report::middleOf(runner->ground->info()), options);
     runner->picture.resize(static_cast<size_t>(options.width) * static_cast<size_t>(options.height) * 4);
     if (auto loaded = runner->terrainView->preload(runner->flight->view(0, options.width, options.height));
         !loaded) {
@@ -238,7 +238,7 @@ Json measureStatic(Runner& runner, const Options& options, const gl::Context& co
 Json measureSize(Runner& large, Runner& small, const Options& options)
 {
     // The same ground under both.
-    const Geodetic middle = bench::middleOf(small.ground->info());
+    const Geodetic middle = report::middleOf(small.ground->info());
     large.flyRound(middle, options);
     small.flyRound(middle, options);
     std::vector<double> ratios, largeMs, smallMs;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "flight.h"
+#include "tools/report/flight.h"
 
 #include "ig/geo/attitude.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace bench {
+namespace report {
 
 using namespace ig;
 
@@ -109,4 +109,4 @@ ViewState Flight::view(double timeS, int widthPx, int heightPx)
     return view;
 }
 
-} // namespace bench
+} // namespace report

@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-namespace bench {
+namespace report {
 
 // Terrain height at a place, bilinear between full-resolution posts; keeps the last page and its ancestors.
 // Places beyond the grid take its border; damaged pages count as 0 m.
@@ -48,4 +48,4 @@ private:
     double _lastS = -1;
 };
 
-} // namespace bench
+} // namespace report

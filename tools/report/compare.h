@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// A report against an older one of the same terrain and path, frame by frame.
+#pragma once
+
+#include "ig/base/result.h"
+#include "tools/report/records.h"
+
+namespace report {
+
+// Per setting that both have: ratios now / before of times and errors with 95 % confidence intervals (see
+// pairedRatio). Errors (usage): the older one is of another terrain or path, or no report.
+ig::Result<Json> compareJson(const Json& before, const Json& now);
+
+// Errors (usage): not there, or not JSON.
+ig::Result<Json> readJson(const std::string& path);
+
+} // namespace report

@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: MIT
+#include "tools/report/measure.h"
+
+#include "ig/out/png_file.h"
+#include "tools/report/drawn_surface.h"
+#include "tools/report/flip.h"
+#include "tools/report/machine.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace report {
+
+using namespace ig;
+
+namespace {
+
+// How far from the true sky a sky pixel must lie to count as a crack: what the engine says it may be off, and
+// the pixel that it falls into.
+int crackMarginPx(const FrameRecord& frame)
+{
+    constexpr double kMost = 64; // beyond it nothing could be told from a wrong skyline
+    return 1 + static_cast<int>(std::ceil(std::min(std::max(frame.boundPx, frame.largestErrorPx()), kMost)));
+}
+
+// Half the size by means of 2 x 2, for pictures that are looked at.
+out::Picture halved(const PictureView& picture)
+{
+    out::Picture half{picture.widthPx / 2, picture.heightPx / 2, {}};
+    const auto width = static_cast<size_t>(picture.widthPx);
+    for (size_t y = 0; y < static_cast<size_t>(half.heightPx); ++y) {
+        for (size_t x = 0; x < static_cast<size_t>(half.widthPx); ++x) {
+            for (size_t c = 0; c < 4; ++c) {
+                const auto at = [&](size_t dx, size_t dy) {
+                    return std::to_integer<unsigned>(
+                        picture.rgba[4 * ((2 * y + dy) * width + 2 * x + dx) + c]);
+                };
+                half.rgba.push_back(
+                    static_cast<std::byte>((at(0, 0) + at(1, 0) + at(0, 1) + at(1, 1) + 2) / 4));
+            }
+        }
+    }
+    return half;
+}
+
+// From black over red and yellow to white.
+std::vector<std::byte> heatOf(const std::vector<float>& map)
+{
+    std::vector<std::byte> rgba;
+    rgba.reserve(4 * map.size());
+    for (const float value : map) {
+        const float t = 3 * std::sqrt(std::clamp(value, 0.0F, 1.0F));
+        for (const float channel : {t, t - 1, t - 2}) {
+            rgba.push_back(static_cast<std::byte>(std::lround(255 * std::clamp(channel, 0.0F, 1.0F))));
+        }
+        rgba.push_back(std::byte{255});
+    }
+    return rgba;
+}
+
+struct Compared {
+    PictureError error;
+    FlipDifference flip;
+};
+
+Compared compare(const PictureView& drawn, const PictureView& truth, const ViewState& view)
+{
+    Compared out;
+    out.error.rmse = rmse(drawn, truth);
+    out.error.psnrDb = psnrDb(out.error.rmse);
+    out.error.ssim = ssim(drawn, truth);
+    out.flip = flipDifference(truth, drawn, pixelsPerRadian(view) * kRadPerDeg);
+    out.error.flip = out.flip.mean;
+    const SkylineError skyline = skylineError(drawn, truth);
+    out.error.skylineMeanPx = skyline.meanPx;
+    out.error.skylineMaxPx = skyline.maxPx;
+    return out;
+}
+
+// The frame that looks most unlike the true one, kept as it was.
+struct Worst {
+    size_t frame = 0;
+    double flip = -1;
+    std::vector<std::byte> drawn, difference;
+};
+
+Result<Json> writeWorst(const Worst& worst, const PictureView& truth, const std::string& directory,
+                        const std::string& name)
+{
+    const auto write = [&](const char* kind, std::span<const std::byte> rgba) -> Result<std::string> {
+        const out::Picture half = halved({truth.widthPx, truth.heightPx, rgba});
+        const std::string file = name + '-' + kind + ".png";
+        if (auto written = out::writePng(directory + '/' + file, half.widthPx, half.heightPx, half.rgba);
+            !written) {
+            return Unexpected{written.error()};
+        }
+        return file;
+    };
+    Json json{{"frame", worst.frame}, {"flip", rounded(worst.flip)}};
+    const std::pair<const char*, std::span<const std::byte>> kinds[] = {
+        {"drawn", worst.drawn}, {"true", truth.rgba}, {"difference", worst.difference}};
+    for (const auto& [kind, rgba] : kinds) {
+        auto file = write(kind, rgba);
+        if (!file) {
+            return Unexpected{file.error()};
+        }
+        json[kind] = *file;
+    }
+    return json;
+}
+
+} // namespace
+
+Result<Truth> Truth::create(const gl::Context& context, const gl::RendererSettings& settings,
+                            const data::ShadingSettings& shading, FullTerrain& terrain,
+                            std::vector<ViewState> views, int pictureEvery, const Progress& progress)
+{
+    auto mesh = FullMesh::create(context, settings, shading, terrain);
+    if (!mesh) {
+        return Unexpected{mesh.error()};
+    }
+    Truth truth(*std::move(mesh), terrain);
+    truth._views = std::move(views);
+    truth._pictures.resize(truth._views.size());
+    truth._scratch.resize(4 * static_cast<size_t>(settings.widthPx) * static_cast<size_t>(settings.heightPx));
+    size_t pictures = 0;
+    for (size_t frame = 0; frame < truth._views.size(); ++frame) {
+        truth._pages.push_back(terrain.pagesInView(truth._views[frame]));
+        if (frame % static_cast<size_t>(pictureEvery) == 0) {
+            (void)truth.drawNow(frame);
+            truth._pictures[frame] = truth._scratch;
+            truth._meanTriangles += static_cast<double>(truth._mesh.triangles());
+            ++pictures;
+        }
+        progress(static_cast<double>(frame + 1) / static_cast<double>(truth._views.size()));
+    }
+    truth._meanTriangles /= static_cast<double>(std::max<size_t>(pictures, 1));
+    return truth;
+}
+
+PictureView Truth::picture(size_t frame) const noexcept
+{
+    return {_views[frame].widthPx, _views[frame].heightPx, _pictures[frame]};
+}
+
+PictureView Truth::drawNow(size_t frame)
+{
+    _mesh.draw(_views[frame], _pages[frame]);
+    _mesh.read(_scratch);
+    return {_views[frame].widthPx, _views[frame].heightPx, _scratch};
+}
+
+Result<Json> measureSetting(const gl::Context& context, const Scene& scene, const Setting& setting,
+                            const MeasureOptions& options, Truth& truth, SurfaceMeter& meter, LogSink& log,
+                            const Progress& progress)
+{
+    const std::vector<ViewState>& views = truth.views();
+    std::vector<FrameRecord> frames(views.size());
+    constexpr double kTimedShare = 0.3; // of the work, for the progress bar
+    uint64_t gpuBytes = 0;
+    {
+        auto run = EngineRun::create(context, scene, setting, log);
+        if (!run) {
+            return Unexpected{run.error()};
+        }
+        if (auto warm = run->warmUp(views.front()); !warm) {
+            return Unexpected{warm.error()};
+        }
+        EnergyMeter energy;
+        for (size_t i = 0; i < views.size(); ++i) {
+            const double before = energy.joules();
+            const EngineRun::Cost cost = run->frame(views[i]);
+            frames[i].stats = cost.stats;
+            frames[i].cpuMs = cost.cpuMs;
+            frames[i].residentPages = run->residentPages();
+            frames[i].energyJ = energy.joules() - before;
+            progress(kTimedShare * static_cast<double>(i + 1) / static_cast<double>(views.size()));
+        }
+        gpuBytes = run->gpuBytes();
+    }
+    auto run = EngineRun::create(context, scene, setting, log);
+    if (!run) {
+        return Unexpected{run.error()};
+    }
+    if (auto warm = run->warmUp(views.front()); !warm) {
+        return Unexpected{warm.error()};
+    }
+    DrawnSurface surface(truth.terrain().dataset());
+    meter.startFlight();
+    Worst worst;
+    for (size_t i = 0; i < views.size(); ++i) {
+        FrameRecord& frame = frames[i];
+        const app::FrameStats stats = run->frame(views[i]).stats;
+        frame.isSame =
+            stats.lod.triangles == frame.stats.lod.triangles && stats.lod.errorPx == frame.stats.lod.errorPx;
+        frame.boundPx = double{stats.lod.errorPx};
+        frame.tauPx = double{stats.lod.tauPx};
+        const auto& triangles = surface.triangles(run->drawList(), views[i], run->morph());
+        const SurfaceMeter::Frame measured = meter.measure(triangles, views[i], truth.pagesInView(i));
+        frame.sample = measured.error;
+        frame.motion = measured.motion;
+        if (i % static_cast<size_t>(options.allPostsEvery) == 0) {
+            frame.all = meter.measureAll(triangles, views[i], truth.pagesInView(i));
+        }
+        const PictureView drawn{views[i].widthPx, views[i].heightPx, run->rgba()};
+        if (truth.hasPicture(i)) {
+            const PictureView right = truth.picture(i);
+            Compared compared = compare(drawn, right, views[i]);
+            frame.picture = compared.error;
+            frame.crackPixels = crackPixels(drawn, right, crackMarginPx(frame));
+            if (compared.error.flip > worst.flip) {
+                worst = {i,
+                         compared.error.flip,
+                         {drawn.rgba.begin(), drawn.rgba.end()},
+                         heatOf(compared.flip.map)};
+            }
+        } else if (const std::vector<uint32_t> enclosed = enclosedSky(drawn); !enclosed.empty()) {
+            frame.crackPixels = insideTerrain(enclosed, truth.drawNow(i), crackMarginPx(frame));
+        }
+        progress(kTimedShare +
+                 (1 - kTimedShare) * static_cast<double>(i + 1) / static_cast<double>(views.size()));
+    }
+    Json json = settingJson(setting, frames, options.boundScale, gpuBytes);
+    auto written = writeWorst(worst, truth.picture(worst.frame), options.pictureDir, setting.name());
+    if (!written) {
+        return Unexpected{written.error()};
+    }
+    json["worst_frame"] = *written;
+    json["truth_triangles_mean"] = rounded(truth.meanTriangles());
+    return json;
+}
+
+} // namespace report

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// Quantiles, slopes and paired comparisons of measured values. Pure.
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace report {
+
+struct Quantiles {
+    double p50 = 0, p95 = 0, p99 = 0, max = 0, mean = 0;
+};
+
+// Nearest rank; zeros for no values. Infinite values stay so, NaN counts as infinite.
+Quantiles quantilesOf(std::span<const double> values);
+
+// Exponent b of the power law y = a x^b that fits best (least squares of the logarithms), and what one more
+// unit of x adds (least squares). Values that are not positive are left out of the exponent; 0 with fewer
+// than two places.
+struct Slope {
+    double exponent = 0;
+    double perUnit = 0;
+};
+Slope slopeOf(std::span<const double> x, std::span<const double> y);
+
+// Geometric mean of now / before over pairs, with a 95 % confidence interval from the means of 20 runs of
+// consecutive pairs (batch means: neighbouring frames are alike, so that single pairs would promise too
+// much). Pairs with a value that is not positive and finite are left out. With fewer than 40 pairs the
+// interval is the whole line.
+struct Ratio {
+    double mean = 1, low = 1, high = 1;
+    size_t pairs = 0;
+};
+Ratio pairedRatio(std::span<const double> before, std::span<const double> now);
+
+} // namespace report
