@@ -64,7 +64,8 @@ private:
                    std::vector<NamedSink> sinks);
     void warmUp(); // a picture for nobody: drivers compile at the first draw
     ViewState currentView(double displayS);
-    void handOut(out::Receipt& receipt);
+    out::FrameMemory memoryForFrame();
+    void handOut(out::Receipt& receipt, const out::FrameMemory& memory);
 
     config::Settings _settings;
     LogSink& _log;
@@ -77,8 +78,8 @@ private:
     scene::World _world;
     ViewState _view; // the last one drawn; at first above the middle of the terrain
     std::vector<NamedSink> _sinks;
-    std::vector<std::byte> _picture;
-    std::vector<float> _depthM; // empty: nobody wants it
+    std::vector<std::byte> _picture; // for frames that no sink has memory for
+    std::vector<float> _depthM;      // empty: nobody wants it
     RunStatistics _statistics;
     uint64_t _frameNumber = 0;
 };
