@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 #include <poll.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -402,6 +403,81 @@ TEST_CASE("a reader of standard output that goes away ends its sink in one line,
     CHECK(stats["sinks"][1]["written"] == stats["frames"]);
 }
 
+TEST_CASE(
+    "sinks that lose their place end in one line each with the reason; frames and the other sinks go on")
+{
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    const std::string ring = "eyepoint-e2e-spoilt-" + std::to_string(getpid());
+    struct Spoilt {
+        std::string sink, reason;
+    };
+    std::vector<Spoilt> spoilt{{"raw:/dev/full", "No space left"},               // a full disk
+                               {"y4m:" + dir.file("v.y4m"), "File too large"},   // a limit on file sizes
+                               {"png:" + dir.file("vanishing"), "No such file"}, // removed below
+                               {"receipts:/dev/full", "No space left"}};
+#if defined(EYEPOINT_GSTREAMER)
+    spoilt.push_back({"gst:nosuchencoder ! fakesink", "no element"});
+#endif
+    std::vector<std::string> arguments{
+        "--terrain", terrain,          "--receipts", "/dev/full",      "--stats", dir.file("ig.json"),
+        "--set",     "view.width=160", "--set",      "view.height=90", "--set",   "view.rate_hz=100",
+        "--sink",    "null",           "--sink",     "shm:" + ring};
+    for (const Spoilt& s : spoilt) {
+        if (!s.sink.starts_with("receipts:")) {
+            arguments.insert(arguments.end(), {"--sink", s.sink});
+        }
+    }
+    rlimit before{};
+    REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
+    const rlimit small{1'000'000, before.rlim_max};
+    REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0); // inherited
+    Generator ig(dir, arguments);
+    setrlimit(RLIMIT_FSIZE, &before);
+    REQUIRE_FALSE(ig.address.empty());
+    std::filesystem::remove_all(dir.file("vanishing"));
+    const auto endOf = [](const Spoilt& s) {
+        const std::string name = s.sink.find(' ') == std::string::npos ? s.sink : '"' + s.sink + '"';
+        return "event=sink_ended sink=" + name + " reason=";
+    };
+    for (const Spoilt& s : spoilt) {
+        CAPTURE(s.sink);
+        CHECK(test::waitForText(ig.errFile, endOf(s), 60));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    ig.process.signal(SIGTERM);
+    CHECK(ig.process.wait(30) == 0);
+    const std::string log = readFile(ig.errFile);
+    INFO(log);
+    for (const Spoilt& s : spoilt) {
+        const size_t at = log.find(endOf(s));
+        REQUIRE(at != std::string::npos);
+        CHECK(log.rfind(endOf(s)) == at);
+        const std::string line = log.substr(at, log.find('\n', at) - at);
+        CHECK_THAT(line, Catch::Contains(s.reason) && Catch::Contains("remedy="));
+    }
+    const auto stats = nlohmann::json::parse(readFile(dir.file("ig.json")));
+    CHECK(stats["sinks"][0]["written"] == stats["frames"]);
+    CHECK(stats["sinks"][1]["written"] == stats["frames"]);
+    CHECK_FALSE(std::filesystem::exists("/dev/shm/" + ring));
+}
+
+TEST_CASE("a corrupt ring is refused by its reader in one line")
+{
+    const test::TempDir dir;
+    const std::string ring = "eyepoint-e2e-corrupt-" + std::to_string(getpid());
+    std::string header(8192, '\0');
+    header.replace(0, 8, EYEPOINT_FRAMES_MAGIC);
+    header[8] = 1; // the version; every size is 0
+    std::ofstream("/dev/shm/" + ring) << header;
+    Process reader({"eyepoint-frames", ring, "--wait", "0.1"}, dir.file("out"), dir.file("err"));
+    CHECK(reader.wait(30) == 1);
+    std::filesystem::remove("/dev/shm/" + ring);
+    const std::string said = readFile(dir.file("err"));
+    CHECK_THAT(said, Catch::Contains(ring) && Catch::Contains("corrupt header"));
+    CHECK(std::count(said.begin(), said.end(), '\n') == 1);
+}
+
 TEST_CASE("the image generator draws without a host, and stops by itself after --frames")
 {
     const test::TempDir dir;
@@ -520,8 +596,10 @@ TEST_CASE("the benchmark of handing out accepts no torn frame and leaks nothing"
     const auto report = nlohmann::json::parse(readFile(dir.file("out")));
     CHECK(report["torn"]["torn_frames_accepted"] == 0);
     CHECK(report["torn"]["reads_accepted"].get<int>() >= 20000);
-    CHECK(report["publish"].size() == 3);
-    CHECK(report["soak"]["descriptors_at_end"] == report["soak"]["descriptors_after_a_fifth"]);
+    CHECK(report["publish"].size() == 6);
+    CHECK(report["soak"]["descriptors_most"] == report["soak"]["descriptors_fewest"]);
+    CHECK(report["soak"]["metrics_scrapes"].get<int>() > 0);
+    CHECK(report["soak"]["frames"].get<int>() > 0);
     CHECK(report["soak"]["frames_taken_by_visitor"].get<int>() > 0);
 }
 

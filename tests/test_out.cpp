@@ -7,7 +7,10 @@
 
 #include <catch2/catch.hpp>
 #include <fcntl.h>
+#include <signal.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
@@ -403,6 +406,31 @@ TEST_CASE("a directory that vanishes ends the sink with an error that names the 
     const auto rgba = noise(16, 16, 1);
     CHECK_THAT(eventualError(*sink, {16, 16, rgba, 7}).message, Contains("frame_000007.png"));
     CHECK_FALSE(sink->close());
+}
+
+TEST_CASE("a disk that fills while pictures are written ends the sink and leaves no part of one behind")
+{
+    const Folder folder;
+    // In a process of its own, whose files may not grow beyond what the picture needs.
+    const pid_t limited = fork();
+    if (limited == 0) {
+        signal(SIGXFSZ, SIG_IGN); // as the image generator does
+        const rlimit limit{1000, 1000};
+        const auto rgba = noise(64, 64, 1);
+        auto sink = makeSink("png:" + folder.file("frames"), {64, 64, 60});
+        if (!sink || setrlimit(RLIMIT_FSIZE, &limit) != 0 || !(*sink)->write({64, 64, rgba, 3}))
+            _exit(2);
+        const auto closed = (*sink)->close();
+        const bool told = !closed && closed.error().message.find("frame_000003.png") != std::string::npos &&
+                          closed.error().message.find("File too large") != std::string::npos;
+        _exit(told ? 3 : 4);
+    }
+    REQUIRE(limited > 0);
+    int status = 0;
+    REQUIRE(waitpid(limited, &status, 0) == limited);
+    REQUIRE(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 3);
+    CHECK(fs::is_empty(folder.file("frames")));
 }
 
 TEST_CASE("standard output stays open after the stream ends")

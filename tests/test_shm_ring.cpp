@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/statvfs.h>
 #include <sys/wait.h>
 
@@ -17,6 +18,7 @@
 #include <memory>
 #include <new>
 #include <random>
+#include <span>
 #include <thread>
 
 namespace {
@@ -70,7 +72,7 @@ uint32_t patternOf(uint64_t number)
     return static_cast<uint32_t>(number) * 2654435761U + 12345U;
 }
 
-void paint(std::vector<std::byte>& rgba, uint64_t number)
+void paint(std::span<std::byte> rgba, uint64_t number)
 {
     const uint32_t value = patternOf(number);
     for (size_t i = 0; i < rgba.size(); i += 4)
@@ -287,6 +289,36 @@ TEST_CASE("a view in place stops being whole when its slot is written again")
     CHECK(eyepoint_frames_whole(&view) == 0);
 }
 
+TEST_CASE("a frame read back straight into the ring is not seen before it is whole")
+{
+    const std::string name = freshName();
+    const SinkFormat format = smallFormat(2, true);
+    const auto sink = ringFor(name, format);
+    const Reader reader(name);
+    REQUIRE(reader.status == EYEPOINT_OK);
+    auto got = pixelsOf(format);
+    std::vector<float> gotDepth(got.size() / 4);
+    for (uint64_t number = 0; number < 5; ++number) {
+        const FrameMemory memory = sink->memoryForNext();
+        REQUIRE(memory.rgba.size() == got.size());
+        REQUIRE(memory.depthM.size() == gotDepth.size());
+        paint(memory.rgba, number);
+        std::fill(memory.depthM.begin(), memory.depthM.end(), static_cast<float>(number));
+        CHECK(eyepoint_frames_published(&reader.ring) == number);
+        CHECK(eyepoint_frames_copy(&reader.ring, number, nullptr, got.data(), nullptr) ==
+              EYEPOINT_OVERWRITTEN);
+        if (number >= 2) // what stood in that slot is gone, and readers know
+            CHECK(eyepoint_frames_copy(&reader.ring, number - 2, nullptr, got.data(), nullptr) ==
+                  EYEPOINT_OVERWRITTEN);
+        REQUIRE(sink->write({48, 20, memory.rgba, number, memory.depthM}));
+        REQUIRE(eyepoint_frames_copy(&reader.ring, number, nullptr, got.data(), gotDepth.data()) ==
+                EYEPOINT_OK);
+        CHECK(isWhole(got, number));
+        CHECK(gotDepth.front() == static_cast<float>(number));
+        CHECK(gotDepth.back() == static_cast<float>(number));
+    }
+}
+
 TEST_CASE("no reader accepts a torn frame, and readers that stop or die do not hold up the writer")
 {
     const std::string name = freshName();
@@ -297,9 +329,11 @@ TEST_CASE("no reader accepts a torn frame, and readers that stop or die do not h
     const SinkFormat format = smallFormat(2); // torn reads are likeliest with few slots
     const auto sink = ringFor(name, format);
     auto rgba = pixelsOf(format);
+    // In turn from elsewhere and straight into the ring.
     const auto write = [&](uint64_t number) {
-        paint(rgba, number);
-        REQUIRE(sink->write({48, 20, rgba, number}));
+        const std::span<std::byte> pixels = number % 2 == 0 ? std::span(rgba) : sink->memoryForNext().rgba;
+        paint(pixels, number);
+        REQUIRE(sink->write({48, 20, pixels, number}));
     };
     uint64_t number = 0;
     const auto allOpened = [&] {
@@ -442,11 +476,26 @@ TEST_CASE("a ring that does not fit into /dev/shm is refused and leaves nothing 
     REQUIRE(statvfs("/dev/shm", &space) == 0);
     SinkFormat format = smallFormat(64);
     format.widthPx = format.heightPx = 16'384; // 64 GiB
-    if (uint64_t{space.f_blocks} * space.f_frsize >= (uint64_t{64} << 30)) {
-        WARN("skipped: /dev/shm holds more than the largest ring");
-        return;
-    }
-    CHECK_THAT(ringError(name, format), Contains("No space left") && Contains("output.ring_slots"));
+    if (uint64_t{space.f_blocks} * space.f_frsize >= (uint64_t{64} << 30))
+        WARN("skipped: a full /dev/shm, which here holds more than the largest ring");
+    else
+        CHECK_THAT(ringError(name, format), Contains("No space left") && Contains("output.ring_slots"));
+    CHECK_FALSE(exists(name));
+    // The same path everywhere: a limit on file sizes, in a process of its own.
+    const pid_t limited = forked([&] {
+        signal(SIGXFSZ, SIG_IGN); // as the image generator does
+        const rlimit limit{size_t{64} << 10, size_t{64} << 10};
+        if (setrlimit(RLIMIT_FSIZE, &limit) != 0)
+            _exit(2);
+        const auto sink = makeSink("shm:" + name, smallFormat(64)); // 0.5 MB
+        const bool refused = !sink && sink.error().message.find("File too large") != std::string::npos &&
+                             sink.error().message.find("output.ring_slots") != std::string::npos;
+        _exit(refused ? 3 : 4);
+    });
+    int status = 0;
+    REQUIRE(waitpid(limited, &status, 0) == limited);
+    REQUIRE(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 3);
     CHECK_FALSE(exists(name));
 }
 

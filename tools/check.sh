@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Installs, builds and runs every test: the dev build, the same under sanitizers, what uses threads under the
+# Installs, builds and runs every test: the dev build, builds that leave things out, the dev build under sanitizers, what uses threads under the
 # thread sanitizer, the fuzz targets for a short while, and a small outside project against the installed package.
 #   tools/check.sh          everything
 #   tools/check.sh dev      the dev build's tests alone
@@ -26,6 +26,9 @@ build dev
 step "dev: test"
 ctest --preset dev
 [ "${1:-}" = dev ] && exit 0
+
+step "options: the smallest image generator, then with one more at a time"
+tools/check_options.sh build/dev/bin
 
 build asan
 step "asan: test"

@@ -245,9 +245,10 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     }
     _terrainView.draw(_view, stats);
     const int64_t drawn = clockNs();
-    _renderer->read(_picture);
-    if (!_depthM.empty()) {
-        _renderer->readDepth(_depthM);
+    const out::FrameMemory memory = memoryForFrame();
+    _renderer->read(memory.rgba);
+    if (!memory.depthM.empty()) {
+        _renderer->readDepth(memory.depthM);
     }
     const int64_t readBack = clockNs();
     stats.readBackNs = readBack - drawn;
@@ -261,14 +262,14 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     const hostif::SessionStats session = _host.sessionStats();
     receipt.host_lost = session.lost;
     receipt.host_late = session.late;
-    handOut(receipt);
+    handOut(receipt, memory);
     const int64_t handedOut = clockNs();
     stats.sinkNs = handedOut - readBack;
     if (const auto arrivalS = _host.newestArrivalS()) {
         stats.transportDelayNs = handedOut - static_cast<int64_t>(*arrivalS / kSecondsPerNs);
     }
     if (_timeControl) {
-        _timeControl->look(_view, _picture);
+        _timeControl->look(_view, memory.rgba);
     }
     stats.frameNs = clockNs() - startNs;
     if (_timeControl) {
@@ -278,7 +279,20 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     return stats;
 }
 
-void ImageGenerator::handOut(out::Receipt& receipt)
+// Straight into a ring where there is one.
+out::FrameMemory ImageGenerator::memoryForFrame()
+{
+    for (NamedSink& sink : _sinks) {
+        if (sink.sink) {
+            if (const out::FrameMemory memory = sink.sink->memoryForNext(); !memory.rgba.empty()) {
+                return memory;
+            }
+        }
+    }
+    return {_picture, _depthM};
+}
+
+void ImageGenerator::handOut(out::Receipt& receipt, const out::FrameMemory& memory)
 {
     for (NamedSink& sink : _sinks) {
         if (sink.sink) {
@@ -286,7 +300,8 @@ void ImageGenerator::handOut(out::Receipt& receipt)
         }
         receipt.dropped += sink.stats.dropped;
     }
-    const out::Frame frame{_view.widthPx, _view.heightPx, _picture, receipt.frame, _depthM, &receipt};
+    const out::Frame frame{_view.widthPx, _view.heightPx, memory.rgba,
+                           receipt.frame, memory.depthM,  &receipt};
     for (NamedSink& sink : _sinks) {
         if (!sink.sink) {
             continue;

@@ -84,7 +84,8 @@ private:
     std::optional<ViewState> currentView(double displayS) const;
     double displayTimeS(double nowS) const;
     int64_t clockNs() const noexcept;
-    void handOut(out::Receipt& receipt);
+    out::FrameMemory memoryForFrame();
+    void handOut(out::Receipt& receipt, const out::FrameMemory& memory);
 
     config::Settings _settings;
     LogSink& _log;
@@ -98,8 +99,8 @@ private:
     scene::World _world;
     ViewState _view; // the last one drawn; at first above the middle of the terrain
     std::vector<NamedSink> _sinks;
-    std::vector<std::byte> _picture;
-    std::vector<float> _depthM; // empty: nobody wants it
+    std::vector<std::byte> _picture; // for frames that no sink has memory for
+    std::vector<float> _depthM;      // empty: nobody wants it
     RunStatistics _statistics;
     uint64_t _frameNumber = 0;
     int64_t _recordingAheadNs =

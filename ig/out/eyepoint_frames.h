@@ -294,6 +294,10 @@ static inline int eyepoint_frames_open(struct eyepoint_frames* ring, const char*
         (void)close(descriptor);
         return eyepoint_refuse_(why, why_size, name, fault);
     }
+#if defined(MADV_POPULATE_READ)
+    /* Page tables now, not with the first frames; a kernel before 5.14 says no, which does no harm. */
+    (void)madvise(mapped, (size_t)status.st_size, MADV_POPULATE_READ);
+#endif
     ring->header = (const struct eyepoint_frames_header*)mapped;
     ring->descriptor = descriptor;
     ring->total_bytes = (size_t)status.st_size;

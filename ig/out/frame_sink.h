@@ -26,6 +26,12 @@ struct Frame {
     const Receipt* receipt = nullptr; // nothing: only the number is known of this frame
 };
 
+// Memory for a frame's picture and depth, laid out as in Frame.
+struct FrameMemory {
+    std::span<std::byte> rgba;
+    std::span<float> depthM; // empty: no depth
+};
+
 struct SinkStats {
     uint64_t written = 0;
     uint64_t dropped = 0;
@@ -34,6 +40,10 @@ struct SinkStats {
 class FrameSink {
 public:
     virtual ~FrameSink() = default;
+    // Where the sink would like the next frame to be read back to; empty: it has no wish. A frame that is
+    // then written from there is not copied. Asked for right before reading back: readers are already held
+    // off it.
+    virtual FrameMemory memoryForNext() { return {}; }
     // Takes the frame. An error ends this sink, not the image generator: the caller reports it once and
     // stops calling.
     virtual Result<void> write(const Frame& frame) = 0;

@@ -140,6 +140,15 @@ public:
     }
     ~ShmRing() override { end(); }
 
+    FrameMemory memoryForNext() override
+    {
+        std::byte* start = beginSlot();
+        const size_t pixels = planeBytes() / 4;
+        return {
+            {start + _layout.colour_offset, planeBytes()},
+            {reinterpret_cast<float*>(start + _layout.depth_offset), _layout.depth_offset != 0 ? pixels : 0}};
+    }
+
     Result<void> write(const Frame& frame) override
     {
         if (static_cast<uint32_t>(frame.widthPx) != _layout.width_px ||
@@ -149,13 +158,13 @@ public:
                           fmt::format("a frame of {} x {} pixels does not fit a ring of {} x {}",
                                       frame.widthPx, frame.heightPx, _layout.width_px, _layout.height_px));
         const uint64_t index = _written;
-        std::byte* start = _memory + _layout.first_slot + index % _layout.slot_count * _layout.slot_bytes;
+        std::byte* start = beginSlot();
         auto& slot = *reinterpret_cast<eyepoint_frames_slot*>(start);
-        __atomic_store_n(&slot.sequence, 2 * index + 1, __ATOMIC_RELAXED);
-        fence();
-        std::memcpy(start + _layout.colour_offset, frame.rgba.data(), planeBytes());
-        if (_layout.depth_offset != 0)
-            std::memcpy(start + _layout.depth_offset, frame.depthM.data(), planeBytes());
+        if (frame.rgba.data() != start + _layout.colour_offset)
+            std::memcpy(start + _layout.colour_offset, frame.rgba.data(), planeBytes());
+        const auto* depth = reinterpret_cast<const std::byte*>(frame.depthM.data());
+        if (_layout.depth_offset != 0 && depth != start + _layout.depth_offset)
+            std::memcpy(start + _layout.depth_offset, depth, planeBytes());
         if (frame.receipt != nullptr)
             slot.receipt = *frame.receipt;
         else
@@ -180,6 +189,16 @@ public:
 private:
     size_t planeBytes() const { return size_t{_layout.width_px} * _layout.height_px * 4; }
     eyepoint_frames_header& shared() const { return *reinterpret_cast<eyepoint_frames_header*>(_memory); }
+
+    // The slot of the next frame, marked as being written.
+    std::byte* beginSlot()
+    {
+        std::byte* start = _memory + _layout.first_slot + _written % _layout.slot_count * _layout.slot_bytes;
+        __atomic_store_n(&reinterpret_cast<eyepoint_frames_slot*>(start)->sequence, 2 * _written + 1,
+                         __ATOMIC_RELAXED);
+        fence();
+        return start;
+    }
 
     // Nothing of the frame may be seen before the odd sequence. A full one: memcpy may use stores that pass
     // earlier ones, which a release fence leaves alone on x86.

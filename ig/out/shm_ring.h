@@ -2,7 +2,8 @@
 // Frames in shared memory for any number of readers; eyepoint_frames.h has the layout and the reader.
 // Internal to ig/out.
 //
-// write() copies the frame into the oldest slot and wakes whoever waits: no lock, no queue, one system call.
+// memoryForNext() is the oldest slot, so that a frame can be read back straight into the ring; write() copies
+// what comes from elsewhere, and wakes whoever waits: no lock, no queue, one system call.
 // It knows no readers, so none can delay it; a reader that is slower than a whole round sees that it was
 // overtaken.
 #pragma once

@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: MIT
 // What it costs to hand frames out: a frame of 1280 x 720 into the ring and out of it again, torn reads under
-// pressure, and whole frames with ring, receipts, metrics and log against whole frames into nothing. Prints
-// JSON.
+// pressure, and whole frames with ring, receipts, metrics and log against whole frames into nothing: back to
+// back, and in a soak at 60 Hz that hosts fly. Prints JSON.
+#include "ig/app/frame_schedule.h"
 #include "ig/app/image_generator.h"
 #include "ig/app/log.h"
 #include "ig/app/metrics_server.h"
+#include "ig/app/signals.h"
 #include "ig/app/steady_clock.h"
 #include "ig/base/histogram.h"
 #include "temp_dir.h"
 #include "tools/terrain/compile.h"
 
 #include <CLI/CLI.hpp>
+#include <arpa/inet.h>
+#include <netinet/in.h>
 #include <nlohmann/json.hpp>
+#include <sys/socket.h>
 #include <sys/wait.h>
 
 #include <array>
@@ -22,9 +27,12 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <mutex>
 #include <new>
 #include <random>
+#include <span>
+#include <string_view>
 #include <thread>
 
 namespace {
@@ -32,11 +40,14 @@ namespace {
 using namespace ig;
 using Json = nlohmann::ordered_json;
 
+constexpr double kRateHz = 60;
+
 struct Options {
     std::string terrain;
     int frames = 600;           // of the costs, each
     uint64_t reads = 1'000'000; // torn reads
-    double seconds = 60;        // of the soak
+    double seconds = 60;        // of the soak, with and again without
+    bool soakOnly = false;
     int widthPx = 1280;
     int heightPx = 720;
 };
@@ -100,7 +111,7 @@ void openPatiently(eyepoint_frames& ring, const std::string& name)
 
 out::SinkFormat formatOf(int widthPx, int heightPx, int slots)
 {
-    out::SinkFormat format{widthPx, heightPx, 60};
+    out::SinkFormat format{widthPx, heightPx, kRateHz};
     format.ringSlots = slots;
     format.clockNs = app::steadyNs;
     return format;
@@ -120,12 +131,13 @@ std::string freshName(const char* what)
     return std::string("eyepoint-bench-") + what + "-" + std::to_string(getpid());
 }
 
-// Read back -> published, and -> copied by a reader in another process. The picture is touched anew for each
-// frame, as a read-back does. reader: none, reading, or stopped.
-Json publishing(const Options& options, const char* reader)
+// Read back -> published, -> seen and -> copied by a reader in another process. The picture is touched anew
+// for each frame, as a read-back does. reader: none, reading, or stopped. straight: read back into the ring,
+// as the image generator does; else copied there from elsewhere.
+Json publishing(const Options& options, const char* reader, bool straight)
 {
     struct Shared {
-        Histogram copied;
+        Histogram seen, copied;
         std::atomic<uint64_t> frames{0};
         std::atomic<bool> open{false};
     };
@@ -140,8 +152,10 @@ Json publishing(const Options& options, const char* reader)
             std::vector<std::byte> rgba(eyepoint_colour_bytes(&frames));
             uint64_t index = 0;
             while (eyepoint_frames_wait(&frames, index, -1) == EYEPOINT_OK) {
+                const int64_t seenNs = app::steadyNs();
                 eyepoint_receipt receipt{};
                 if (eyepoint_frames_copy(&frames, index, &receipt, rgba.data(), nullptr) == EYEPOINT_OK) {
+                    shared.seen.add(seenNs - receipt.render_end_ns);
                     shared.copied.add(app::steadyNs() - receipt.render_end_ns);
                     ++shared.frames;
                 }
@@ -156,9 +170,11 @@ Json publishing(const Options& options, const char* reader)
     if (std::strcmp(reader, "stopped") == 0) {
         child->signal(SIGSTOP);
     }
-    std::vector<std::byte> picture(static_cast<size_t>(options.widthPx * options.heightPx) * 4);
-    Histogram published;
+    std::vector<std::byte> elsewhere(static_cast<size_t>(options.widthPx * options.heightPx) * 4);
+    Histogram readBack, published;
     for (int i = 0; i < options.frames; ++i) {
+        const int64_t start = app::steadyNs();
+        const std::span<std::byte> picture = straight ? sink->memoryForNext().rgba : std::span(elsewhere);
         std::memset(picture.data(), i & 255, picture.size());
         out::Receipt receipt{};
         receipt.render_end_ns = app::steadyNs();
@@ -167,11 +183,16 @@ Json publishing(const Options& options, const char* reader)
             giveUp("the ring does not take a frame");
         }
         published.add(app::steadyNs() - receipt.render_end_ns);
+        readBack.add(receipt.render_end_ns - start);
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     (void)sink->close();
-    Json json{{"reader", reader}, {"read_back_to_published_ms", milliseconds(published)}};
+    Json json{{"reader", reader},
+              {"read_back_into", straight ? "ring" : "elsewhere"},
+              {"filling_ms", milliseconds(readBack)},
+              {"read_back_to_published_ms", milliseconds(published)}};
     if (shared.frames > 0) {
+        json["read_back_to_seen_ms"] = milliseconds(shared.seen);
         json["read_back_to_copied_ms"] = milliseconds(shared.copied);
         json["frames_copied"] = shared.frames.load();
     }
@@ -226,10 +247,12 @@ Json tornReads(const Options& options)
     while (reads() < options.reads) {
         for (int burst = 0; burst < 16; ++burst, ++frame) {
             const auto value = static_cast<uint32_t>(frame);
-            for (size_t i = 0; i < picture.size(); i += 4) {
-                std::memcpy(&picture[i], &value, 4);
+            const std::span<std::byte> pixels =
+                frame % 2 == 0 ? std::span(picture) : sink->memoryForNext().rgba;
+            for (size_t i = 0; i < pixels.size(); i += 4) {
+                std::memcpy(&pixels[i], &value, 4);
             }
-            if (!sink->write({kWidthPx, kHeightPx, picture, frame})) {
+            if (!sink->write({kWidthPx, kHeightPx, pixels, frame})) {
                 giveUp("the ring does not take a frame");
             }
         }
@@ -277,8 +300,10 @@ public:
         ask(Turn::frame);
         wait();
     }
-    Histogram whole, sinks; // whole: the frame and what the program does after it; sinks: handing out alone
+    // whole: the frame and what the program does after it; sinks: handing out alone.
+    Histogram whole, readBack, sinks;
     uint16_t metricsPort = 0;
+    std::string address; // where it listens
 
 private:
     enum class Turn { done, frame, end };
@@ -310,6 +335,9 @@ private:
             server = std::move(*started);
             metricsPort = server->local().port;
         }
+        const std::string said = (*generator)->description();
+        const size_t begin = said.find("127.0.0.1:");
+        address = said.substr(begin, said.find(' ', begin) - begin);
         app::Metrics metrics;
         std::unique_lock lock(_mutex);
         while (_turn != Turn::end) {
@@ -327,6 +355,7 @@ private:
                               app::logLine("frame", {{"number", std::to_string(stats.number)}}));
                 }
                 whole.add(app::steadyNs() - start);
+                readBack.add(stats.readBackNs);
                 sinks.add(stats.sinkNs);
             }
         }
@@ -384,11 +413,115 @@ long descriptors()
     return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {}) - 1; // less its own
 }
 
-void scrape(uint16_t port)
+// True when the page came.
+bool scrape(uint16_t port)
 {
-    const auto address = "http://127.0.0.1:" + std::to_string(port) + "/metrics";
-    const int code = std::system(("curl -s -o /dev/null --max-time 2 " + address).c_str());
-    (void)code; // without curl the soak goes without scrapes
+    const int client = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    constexpr std::string_view kRequest = "GET /metrics HTTP/1.1\r\n\r\n";
+    std::string answer;
+    if (connect(client, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
+        send(client, kRequest.data(), kRequest.size(), MSG_NOSIGNAL) ==
+            static_cast<ssize_t>(kRequest.size())) {
+        std::array<char, 4096> part{};
+        for (ssize_t got = 1; got > 0;) {
+            got = recv(client, part.data(), part.size(), 0);
+            answer.append(part.data(), static_cast<size_t>(std::max<ssize_t>(got, 0)));
+        }
+    }
+    close(client);
+    return answer.starts_with("HTTP/1.1 200");
+}
+
+// A host that flies one image generator round the middle of the synthetic land.
+std::unique_ptr<Child> hostFor(const std::string& address)
+{
+    const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "eyepoint-host";
+    if (!std::filesystem::exists(program)) {
+        giveUp("needs " + program.string());
+    }
+    return std::make_unique<Child>([&] {
+        const int nothing = ::open("/dev/null", O_WRONLY);
+        dup2(nothing, STDOUT_FILENO);
+        execl(program.c_str(), program.c_str(), "--target", address.c_str(), "--orbit", "57.02,-5.1,900,3000",
+              "--duration", "1e6", nullptr);
+    });
+}
+
+// Slope of the line through the points that is nearest in the square mean.
+double slopeOf(const std::vector<std::pair<double, double>>& points)
+{
+    double x = 0;
+    double y = 0;
+    for (const auto& [px, py] : points) {
+        x += px / static_cast<double>(points.size());
+        y += py / static_cast<double>(points.size());
+    }
+    double xx = 0;
+    double xy = 0;
+    for (const auto& [px, py] : points) {
+        xx += (px - x) * (px - x);
+        xy += (px - x) * (py - y);
+    }
+    return xx > 0 ? xy / xx : 0.0;
+}
+
+// At the rate, in blocks in turn with and without ring, receipts, metrics and log, each for so many seconds
+// in all.
+Json soak(const Options& options, Flight& with, Flight& without, const std::atomic<uint64_t>& visited)
+{
+    with.whole = {};
+    without.whole = {};
+    const double blockS = std::min(5.0, options.seconds / 6.0);
+    const double settledS = std::min(60.0, options.seconds / 5.0);
+    const auto withHost = hostFor(with.address);
+    const auto withoutHost = hostFor(without.address);
+    std::vector<std::pair<double, double>> residentKib;
+    long fewestOpen = std::numeric_limits<long>::max();
+    long mostOpen = 0;
+    uint64_t missed = 0;
+    uint64_t missedWithout = 0;
+    uint64_t scrapes = 0;
+    double goneS = 0;
+    const auto fly = [&](Flight& flight, const Child& host, const Child& other) {
+        other.signal(SIGSTOP);
+        host.signal(SIGCONT);
+        const int64_t start = app::steadyNs();
+        app::FrameSchedule schedule(start, kRateHz);
+        while (static_cast<double>(app::steadyNs() - start) * 1e-9 < blockS) {
+            flight.frame();
+            app::sleepUntil(schedule.nextStartNs(app::steadyNs()));
+        }
+        return schedule.missed();
+    };
+    while (goneS < options.seconds) {
+        missedWithout += fly(without, *withoutHost, *withHost);
+        missed += fly(with, *withHost, *withoutHost);
+        goneS += blockS;
+        scrapes += scrape(with.metricsPort) ? 1U : 0U;
+        if (goneS >= settledS) {
+            residentKib.emplace_back(goneS, static_cast<double>(residentBytes()) / 1024.0);
+            fewestOpen = std::min(fewestOpen, descriptors());
+            mostOpen = std::max(mostOpen, descriptors());
+        }
+    }
+    return {{"seconds", goneS},
+            {"frames", with.whole.count()},
+            {"missed", missed},
+            {"missed_null", missedWithout},
+            {"frame_ms", milliseconds(with.whole)},
+            {"frame_null_ms", milliseconds(without.whole)},
+            {"p99_ratio", with.whole.quantileNs(0.99) / without.whole.quantileNs(0.99)},
+            {"resident_kib_settled", residentKib.front().second},
+            {"resident_kib_at_end", residentKib.back().second},
+            {"resident_kib_per_s", slopeOf(residentKib)},
+            {"descriptors_fewest", fewestOpen},
+            {"descriptors_most", mostOpen},
+            {"metrics_scrapes", scrapes},
+            {"frames_taken_by_visitor", visited.load()}};
 }
 
 } // namespace
@@ -400,17 +533,26 @@ int main(int argc, char** argv)
     app.add_option("--terrain", options.terrain, "dataset, .ept; by default a synthetic one");
     app.add_option("--frames", options.frames, "frames of each cost")->check(CLI::Range(1, 1'000'000));
     app.add_option("--reads", options.reads, "reads of the search for torn ones");
-    app.add_option("--seconds", options.seconds, "length of the soak, which watches memory and descriptors");
+    app.add_option(
+           "--seconds", options.seconds,
+           "length of the soak at 60 Hz with ring, receipts, metrics and log, which watches memory and "
+           "descriptors; takes twice as long, in turn with flying into nothing")
+        ->check(CLI::Range(0.1, 1e6));
+    app.add_flag("--soak", options.soakOnly, "the soak alone");
     app.add_option("--width", options.widthPx)->check(CLI::Range(1, 16384));
     app.add_option("--height", options.heightPx)->check(CLI::Range(1, 16384));
     CLI11_PARSE(app, argc, argv);
 
     Json report;
     report["size"] = {options.widthPx, options.heightPx};
-    for (const char* reader : {"none", "reading", "stopped"}) {
-        report["publish"].push_back(publishing(options, reader));
+    if (!options.soakOnly) {
+        for (const char* reader : {"none", "reading", "stopped"}) {
+            for (const bool straight : {false, true}) {
+                report["publish"].push_back(publishing(options, reader, straight));
+            }
+        }
+        report["torn"] = tornReads(options);
     }
-    report["torn"] = tornReads(options);
 
     // Comes and goes for the whole time: opens, takes ten frames, closes.
     const std::string name = freshName("flight");
@@ -443,45 +585,23 @@ int main(int argc, char** argv)
     {
         Flight without(bare, printed, false);
         Flight with(full, *log, true);
-        for (int i = 0; i < options.frames; ++i) { // in turn, so that both see the same machine
-            without.frame();
-            with.frame();
+        if (!options.soakOnly) {
+            for (int i = 0; i < options.frames; ++i) { // in turn, so that both see the same machine
+                without.frame();
+                with.frame();
+            }
+            report["frame"] = {
+                {"null_ms", milliseconds(without.whole)},
+                {"ring_receipts_metrics_log_ms", milliseconds(with.whole)},
+                {"read_back_null_ms", milliseconds(without.readBack)},
+                {"read_back_ms", milliseconds(with.readBack)},
+                {"handing_out_ms", milliseconds(with.sinks)},
+                {"p50_difference_ms", (with.whole.quantileNs(0.5) - without.whole.quantileNs(0.5)) * 1e-6},
+                {"p99_ratio", with.whole.quantileNs(0.99) / without.whole.quantileNs(0.99)}};
         }
-        report["frame"] = {
-            {"null_ms", milliseconds(without.whole)},
-            {"ring_receipts_metrics_log_ms", milliseconds(with.whole)},
-            {"handing_out_ms", milliseconds(with.sinks)},
-            {"p50_difference_ms", (with.whole.quantileNs(0.5) - without.whole.quantileNs(0.5)) * 1e-6},
-            {"p99_ratio", with.whole.quantileNs(0.99) / without.whole.quantileNs(0.99)}};
 
-        const int64_t start = app::steadyNs();
-        const auto gone = [&] { return static_cast<double>(app::steadyNs() - start) * 1e-9; };
-        uint64_t memoryAtFirst = 0;
-        long openAtFirst = 0;
-        uint64_t frames = 0;
-        uint64_t scrapes = 0;
-        while (gone() < options.seconds) {
-            with.frame();
-            ++frames;
-            if (frames % 100 == 0) {
-                scrape(with.metricsPort);
-                ++scrapes;
-            }
-            if (memoryAtFirst == 0 && gone() > 0.2 * options.seconds) {
-                memoryAtFirst = residentBytes();
-                openAtFirst = descriptors();
-            }
-        }
-        report["soak"] = {{"seconds", options.seconds},
-                          {"frames", frames},
-                          {"frames_taken_by_visitor", taken.load()},
-                          {"metrics_scrapes", scrapes},
-                          {"resident_bytes_after_a_fifth", memoryAtFirst},
-                          {"resident_bytes_at_end", residentBytes()},
-                          {"descriptors_after_a_fifth", openAtFirst},
-                          {"descriptors_at_end", descriptors()}};
+        report["soak"] = soak(options, with, without, taken);
     }
     std::puts(report.dump(2).c_str());
-    const bool good = report["torn"]["torn_frames_accepted"] == 0;
-    return good ? 0 : 1;
+    return options.soakOnly || report["torn"]["torn_frames_accepted"] == 0 ? 0 : 1;
 }
