@@ -689,6 +689,60 @@ TEST_CASE(
     CHECK(stats["packets"]["refused_by_world"] == 0);
 }
 
+TEST_CASE("a silent host's picture goes dark where that is wanted, and comes back with the host")
+{
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    const std::string name = "eyepoint-fade-" + std::to_string(getpid());
+    Generator ig(dir, {"--terrain", terrain, "--sink", "shm:" + name, "--stats", dir.file("ig.json"), "--set",
+                       "view.width=64", "--set", "view.height=36", "--set", "view.rate_hz=20", "--set",
+                       "host.timeout_s=0.2", "--set", "host.fade_s=0.2"});
+    REQUIRE_FALSE(ig.address.empty());
+    eyepoint_frames ring{};
+    char why[256] = "";
+    REQUIRE(eyepoint_frames_open(&ring, name.c_str(), why, sizeof why) == EYEPOINT_OK);
+    const auto light = [&] {
+        std::vector<unsigned char> rgba(64 * 36 * 4);
+        uint64_t sum = 0;
+        if (eyepoint_frames_copy(&ring, eyepoint_frames_newest(&ring), nullptr, rgba.data(), nullptr) ==
+            EYEPOINT_OK) {
+            for (size_t i = 0; i < rgba.size(); ++i) {
+                sum += i % 4 == 3 ? 0 : rgba[i];
+            }
+            return static_cast<double>(sum) / (64 * 36 * 3);
+        }
+        return -1.0;
+    };
+    const auto becomes = [&](auto wanted) {
+        const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+        while (std::chrono::steady_clock::now() < deadline) {
+            if (wanted(light())) {
+                return true;
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        return false;
+    };
+    Talker host(ig.address);
+    hostif::EntityControl eye;
+    eye.state = hostif::EntityState::active;
+    eye.latitudeDegOrXM = 57.02;
+    eye.longitudeDegOrYM = -5.1;
+    eye.altitudeOrZM = 700;
+    (void)host.ask({eye});
+    CHECK(becomes([](double level) { return level == 0; })); // it says nothing more
+    CHECK(becomes([&](double level) {
+        (void)host.say({eye}); // goes on speaking
+        return level > 20;
+    }));
+    eyepoint_frames_close(&ring);
+    ig.process.signal(SIGTERM);
+    REQUIRE(ig.process.wait(30) == 0);
+    const auto stats = nlohmann::json::parse(readFile(dir.file("ig.json")));
+    CHECK(stats["packets"]["host_losses"].get<int>() >= 1);
+    CHECK_THAT(readFile(ig.errFile), Catch::Contains("is silent"));
+}
+
 TEST_CASE("every reason for refusing what a host sends has its count in the statistics")
 {
     const test::TempDir dir;

@@ -50,6 +50,8 @@ public:
 
     // When the kernel got the newest host message that the last receive() applied; nothing if there was none.
     std::optional<double> newestArrivalS() const noexcept { return _newestArrivalS; }
+    // The host has fallen silent and nobody has spoken since.
+    bool hostLost() const noexcept { return _session.hostState() == hostif::HostState::lost; }
     // The newest host message that was ever applied.
     const std::optional<hostif::HostFrame>& newestFrame() const noexcept { return _newestFrame; }
     hostif::SessionStats sessionStats() const noexcept { return _session.stats(); }

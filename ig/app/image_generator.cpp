@@ -144,8 +144,8 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
 ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, HostLink host,
                                gl::Context context, std::unique_ptr<gl::Renderer> renderer,
                                data::Dataset dataset, std::vector<NamedSink> sinks)
-    : _settings(settings), _log(log), _host(std::move(host)), _context(std::move(context)),
-      _renderer(std::move(renderer)),
+    : _settings(settings), _log(log), _host(std::move(host)), _lossFade(settings.host.fadeS),
+      _context(std::move(context)), _renderer(std::move(renderer)),
       _terrain(std::move(dataset), terrainSettings(settings), *_renderer, log),
       _world(_terrain.info().shape.ellipsoid, viewDefaults(settings)),
       _view(idleView(_terrain.info(), settings)), _sinks(std::move(sinks)),
@@ -195,6 +195,7 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     _terrain.draw(_view, stats);
     const int64_t drawn = steadyNs();
     _renderer->read(_picture);
+    dim(_picture, _lossFade.light(_host.hostLost(), nowS));
     if (!_depthM.empty()) {
         _renderer->readDepth(_depthM);
     }
