@@ -69,9 +69,9 @@ private:
     HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& options,
              const config::Settings& settings, LogSink& log);
 
-    int drain(double nowS);
-    int takeOneMessage(double nowS);
-    void guard(uint64_t foreign, double nowS);
+    void drain(double nowS);
+    void takeOneMessage(double nowS);
+    void guard(double nowS);
     void warnOnce(bool& noted, const char* line);
     void noteUnsupported(const hostif::SessionEvent& event);
 
@@ -88,6 +88,7 @@ private:
     std::optional<hostif::HostFrame> _newestFrame;
     uint64_t _refused = 0;
     FloodGuard _floodGuard;
+    uint64_t _foreignBefore = 0; // datagrams that were not the host's, before this frame
     uint64_t _shieldedFrames = 0;
 };
 
