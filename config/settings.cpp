@@ -267,6 +267,9 @@ const std::vector<Key>& allKeys()
             [](auto& s) -> auto& { return s.host.extrapolationS; }));
         k.push_back(number(
             "host.timeout_s", 0.01, 3600, "seconds", [](auto& s) -> auto& { return s.host.timeoutS; }));
+        k.push_back(number(
+            "host.fade_s", 0, 3600, "seconds, 0 for a picture that stays",
+            [](auto& s) -> auto& { return s.host.fadeS; }));
         k.push_back(integer(
             "host.database", 1, 127, "", [](auto& s) -> auto& { return s.host.database; }));
         k.push_back(text(

@@ -48,6 +48,7 @@ struct Settings {
         std::string timing = "async";
         double extrapolationS = 0.25;
         double timeoutS = 1.0;
+        double fadeS = 0;
         int64_t database = 1;
         std::string record;
     } host;

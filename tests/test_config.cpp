@@ -49,6 +49,7 @@ TEST_CASE("the shipped file lists every key, with the built-in default as its va
     CHECK(shipped->terrain.morph == builtIn.terrain.morph);
     CHECK(shipped->terrain.file == builtIn.terrain.file);
     CHECK(shipped->view.id == builtIn.view.id);
+    CHECK(shipped->host.fadeS == builtIn.host.fadeS);
     CHECK(shipped->view.width == builtIn.view.width);
     CHECK(shipped->view.height == builtIn.view.height);
     CHECK(shipped->view.rateHz == builtIn.view.rateHz);

@@ -2,6 +2,8 @@
 // The programs as an integrator runs them: terrain, image generator and host, over loopback UDP.
 #define CATCH_CONFIG_RUNNER
 #include "driver_session.h"
+#include "hostif/codec.h"
+#include "hostif/udp_socket.h"
 #include "ig/out/eyepoint_frames.h"
 #include "ig/out/png_file.h"
 #include "process.h"
@@ -601,6 +603,356 @@ TEST_CASE("the benchmark of handing out accepts no torn frame and leaks nothing"
     CHECK(report["soak"]["metrics_scrapes"].get<int>() > 0);
     CHECK(report["soak"]["frames"].get<int>() > 0);
     CHECK(report["soak"]["frames_taken_by_visitor"].get<int>() > 0);
+}
+
+namespace {
+
+// A host that asks: says a message, and hears what comes with the Start Of Frames.
+class Talker {
+public:
+    explicit Talker(const std::string& address)
+        : _socket(*hostif::UdpSocket::open(*hostif::parseAddress("127.0.0.1:0"))),
+          _target(*hostif::parseAddress(address))
+    {
+    }
+
+    // Returns the message's frame number.
+    uint32_t say(const std::vector<hostif::HostMessage>& messages,
+                 hostif::IgMode mode = hostif::IgMode::operate)
+    {
+        hostif::IgControl control;
+        control.mode = mode;
+        control.hostFrameNumber = ++_frame;
+        std::vector<std::byte> bytes;
+        append(hostif::Protocol::cigi3, bytes, hostif::ByteOrder::little, control);
+        for (const hostif::HostMessage& message : messages)
+            append(hostif::Protocol::cigi3, bytes, hostif::ByteOrder::little, message);
+        _socket.send(bytes, _target);
+        return _frame;
+    }
+    // The next Start Of Frame and what follows it.
+    hostif::IgDatagram hear()
+    {
+        hostif::UdpSocket::Received received;
+        hostif::IgDatagram out;
+        REQUIRE(_socket.wait(20));
+        REQUIRE(_socket.receive(received));
+        REQUIRE(decodeIg(hostif::Protocol::cigi3, received.bytes, out));
+        return out;
+    }
+    // The first one that knows the message.
+    hostif::IgDatagram hearAbout(uint32_t frame)
+    {
+        for (;;) {
+            hostif::IgDatagram out = hear();
+            if (out.startOfFrame.lastHostFrameNumber >= frame)
+                return out;
+        }
+    }
+    hostif::IgDatagram ask(const std::vector<hostif::HostMessage>& messages)
+    {
+        return hearAbout(say(messages));
+    }
+
+private:
+    hostif::UdpSocket _socket;
+    hostif::Address _target;
+    uint32_t _frame = 0;
+};
+
+// On a post of makeTerrain(), and the height there.
+constexpr int kPostCol = 500, kPostRow = 300;
+hostif::HatHotRequest requestAtPost(uint16_t id, hostif::HatHotType type, double altitudeM)
+{
+    hostif::HatHotRequest request;
+    request.requestId = id;
+    request.type = type;
+    request.latitudeDegOrXM = 57.25 - kPostRow * 0.00045;
+    request.longitudeDegOrYM = -5.5 + kPostCol * 0.0008;
+    request.altitudeOrZM = altitudeM;
+    return request;
+}
+double heightAtPost()
+{
+    const double land = 250.0 * std::sin(kPostCol * 0.031) * std::cos(kPostRow * 0.027) +
+                        60.0 * std::sin(kPostCol * 0.21) + 35.0 * std::cos(kPostRow * 0.33 + kPostCol * 0.1) +
+                        150.0;
+    return std::max(0.0, land);
+}
+
+uint64_t residentBytes(pid_t process)
+{
+    std::istringstream text(readFile("/proc/" + std::to_string(process) + "/statm"));
+    uint64_t all = 0;
+    uint64_t resident = 0;
+    text >> all >> resident;
+    return resident * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+} // namespace
+
+TEST_CASE(
+    "heights come from the finest posts in the frame after the request at the latest, once they are read; "
+    "clamped entities stand on them")
+{
+    using hostif::HatHotType;
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    Generator ig(dir, {"--terrain", terrain, "--stats", dir.file("ig.json"), "--set", "view.width=64",
+                       "--set", "view.height=36", "--set", "view.rate_hz=20"});
+    INFO(readFile(ig.errFile));
+    REQUIRE_FALSE(ig.address.empty());
+    Talker host(ig.address);
+    (void)host.ask({});
+
+    // Repeated: the first answers may wait for the disk, then one comes with every Start Of Frame.
+    hostif::HatHotRequest every = requestAtPost(1, HatHotType::hot, 0);
+    every.periodFrames = 1;
+    auto heard = host.ask({every});
+    for (int frame = 0; heard.messages.empty() && frame < 60; ++frame)
+        heard = host.hear();
+    for (int frame = 0; frame < 10; ++frame) {
+        REQUIRE(heard.messages.size() == 1);
+        const auto& hot = std::get<hostif::HatHotResponse>(heard.messages[0]);
+        CHECK((hot.requestId == 1 && hot.valid && hot.isHot));
+        CHECK(hot.heightM == Approx(heightAtPost()).margin(0.051)); // stored in tenths of a metre
+        heard = host.hear();
+    }
+    every.periodFrames = 0;
+    heard = host.ask({every}); // the last one
+    while (!heard.messages.empty())
+        heard = host.hear();
+
+    // Single ones over terrain that has been read: in the frame that takes them or the next one.
+    for (int round = 0; round < 5; ++round) {
+        hostif::HatHotRequest beside = requestAtPost(14, HatHotType::extended, 500);
+        beside.longitudeDegOrYM = 10;
+        const uint32_t asked =
+            host.say({requestAtPost(11, HatHotType::hat, 1000), requestAtPost(12, HatHotType::hat, -50),
+                      requestAtPost(13, HatHotType::extended, 1000), beside});
+        heard = host.hearAbout(asked);
+        if (heard.messages.empty())
+            heard = host.hear();
+        REQUIRE(heard.messages.size() == 4);
+        const auto& above = std::get<hostif::HatHotResponse>(heard.messages[0]);
+        CHECK((above.requestId == 11 && above.valid && above.hostFrameLowBits == (asked & 15U)));
+        CHECK(above.heightM == Approx(1000 - heightAtPost()).margin(0.051));
+        const auto& below = std::get<hostif::HatHotResponse>(heard.messages[1]);
+        CHECK((below.valid && below.heightM < 0));
+        const auto& both = std::get<hostif::HatHotExtendedResponse>(heard.messages[2]);
+        CHECK((both.valid && both.requestId == 13));
+        CHECK(both.hotM == Approx(heightAtPost()).margin(0.051));
+        CHECK_FALSE(std::get<hostif::HatHotExtendedResponse>(heard.messages[3]).valid);
+    }
+
+    hostif::EntityControl vehicle;
+    vehicle.state = hostif::EntityState::active;
+    vehicle.entityId = 3;
+    vehicle.clamp = hostif::GroundClamp::conformal;
+    vehicle.latitudeDegOrXM = requestAtPost(0, HatHotType::hot, 0).latitudeDegOrXM;
+    vehicle.longitudeDegOrYM = requestAtPost(0, HatHotType::hot, 0).longitudeDegOrYM;
+    vehicle.altitudeOrZM = 2.5;
+    hostif::PositionRequest where;
+    where.objectId = 3;
+    heard = host.ask({vehicle, where});
+    REQUIRE(heard.messages.size() == 1);
+    const auto& stands = std::get<hostif::PositionResponse>(heard.messages[0]);
+    CHECK(stands.altitudeOrZM == Approx(heightAtPost() + 2.5).margin(0.06));
+    CHECK(std::abs(stands.pitchDeg) + std::abs(stands.rollDeg) > 0.5); // the land slopes there
+
+    ig.process.signal(SIGTERM);
+    REQUIRE(ig.process.wait(30) == 0);
+    const auto stats = nlohmann::json::parse(readFile(dir.file("ig.json")));
+    CHECK(stats["packets"]["requests_unanswered"] == 0);
+    CHECK(stats["packets"]["refused_by_world"] == 0);
+}
+
+TEST_CASE("a silent host's picture goes dark where that is wanted, and comes back with the host")
+{
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    const std::string name = "eyepoint-fade-" + std::to_string(getpid());
+    Generator ig(dir, {"--terrain", terrain, "--sink", "shm:" + name, "--stats", dir.file("ig.json"), "--set",
+                       "view.width=64", "--set", "view.height=36", "--set", "view.rate_hz=20", "--set",
+                       "host.timeout_s=0.2", "--set", "host.fade_s=0.2"});
+    REQUIRE_FALSE(ig.address.empty());
+    eyepoint_frames ring{};
+    char why[256] = "";
+    REQUIRE(eyepoint_frames_open(&ring, name.c_str(), why, sizeof why) == EYEPOINT_OK);
+    const auto light = [&] {
+        std::vector<unsigned char> rgba(64 * 36 * 4);
+        uint64_t sum = 0;
+        if (eyepoint_frames_copy(&ring, eyepoint_frames_newest(&ring), nullptr, rgba.data(), nullptr) ==
+            EYEPOINT_OK) {
+            for (size_t i = 0; i < rgba.size(); ++i) {
+                sum += i % 4 == 3 ? 0 : rgba[i];
+            }
+            return static_cast<double>(sum) / (64 * 36 * 3);
+        }
+        return -1.0;
+    };
+    const auto becomes = [&](auto wanted) {
+        const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+        while (std::chrono::steady_clock::now() < deadline) {
+            if (wanted(light())) {
+                return true;
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        return false;
+    };
+    Talker host(ig.address);
+    hostif::EntityControl eye;
+    eye.state = hostif::EntityState::active;
+    eye.latitudeDegOrXM = 57.02;
+    eye.longitudeDegOrYM = -5.1;
+    eye.altitudeOrZM = 700;
+    (void)host.ask({eye});
+    CHECK(becomes([](double level) { return level == 0; })); // it says nothing more
+    CHECK(becomes([&](double level) {
+        (void)host.say({eye}); // goes on speaking
+        return level > 20;
+    }));
+    eyepoint_frames_close(&ring);
+    ig.process.signal(SIGTERM);
+    REQUIRE(ig.process.wait(30) == 0);
+    const auto stats = nlohmann::json::parse(readFile(dir.file("ig.json")));
+    CHECK(stats["packets"]["host_losses"].get<int>() >= 1);
+    CHECK_THAT(readFile(ig.errFile), Catch::Contains("is silent"));
+}
+
+TEST_CASE("every reason for refusing what a host sends has its count in the statistics")
+{
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    Generator ig(dir, {"--terrain", terrain, "--stats", dir.file("ig.json"), "--set", "view.width=64",
+                       "--set", "view.height=36", "--set", "view.rate_hz=20"});
+    REQUIRE_FALSE(ig.address.empty());
+    Talker host(ig.address);
+    hostif::EntityControl entity;
+    entity.state = hostif::EntityState::active;
+    hostif::EntityControl notFinite = entity;
+    notFinite.altitudeOrZM = std::nan("");
+    hostif::EntityControl beyond = entity;
+    beyond.latitudeDegOrXM = 91;
+    (void)host.ask({entity, notFinite, beyond});
+    auto stranger = *hostif::UdpSocket::open(*hostif::parseAddress("127.0.0.1:0"));
+    const std::array<std::byte, 9> junk{};
+    stranger.send(junk, *hostif::parseAddress(ig.address));
+    (void)host.ask({});
+    (void)host.ask({});
+    ig.process.signal(SIGTERM);
+    REQUIRE(ig.process.wait(30) == 0);
+    const auto packets = nlohmann::json::parse(readFile(dir.file("ig.json")))["packets"];
+    CHECK(packets["not_finite"] == 1);
+    CHECK(packets["out_of_range"] == 1);
+    CHECK(packets["foreign_sender"] == 1);
+    for (const char* name : {"too_short",
+                             "junk",
+                             "cigi_1_or_2",
+                             "cigi_3",
+                             "cigi_4",
+                             "fgnetfdm",
+                             "wrong_direction",
+                             "bad_version",
+                             "bad_byte_order",
+                             "bad_size",
+                             "overrun",
+                             "second_head",
+                             "overflow",
+                             "unknown_id",
+                             "unsupported_id",
+                             "odd_size",
+                             "unsigned_view_angles",
+                             "lost",
+                             "duplicate",
+                             "late",
+                             "host_restarts",
+                             "host_losses",
+                             "ignored_in_standby",
+                             "dropped_by_kernel",
+                             "shielded_frames",
+                             "receive_errors"}) {
+        INFO(name);
+        REQUIRE(packets.contains(name));
+        CHECK(packets[name] == 0);
+    }
+}
+
+TEST_CASE("the delay from a step in pitch, roll or yaw to its frame is measured, of every step")
+{
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    const std::string ring = "eyepoint-delay-" + std::to_string(getpid());
+    Generator ig(dir, {"--terrain", terrain, "--sink", "shm:" + ring, "--set", "view.width=160", "--set",
+                       "view.height=90", "--set", "view.rate_hz=30"});
+    REQUIRE_FALSE(ig.address.empty());
+    for (const bool limited : {false, true}) {
+        std::vector<std::string> arguments{
+            "eyepoint-host",   "--target", ig.address, "--orbit", "57.02,-5.1,700,2500",
+            "--measure-delay", ring,       "--steps",  "4",       "--json"};
+        if (limited)
+            arguments.insert(arguments.end(), {"--limit", "0.001"}); // nobody is that quick
+        Process host(arguments, dir.file("delay.json"), dir.file("delay.err"));
+        const int code = host.wait(120);
+        INFO(readFile(dir.file("delay.err")));
+        INFO(readFile(dir.file("delay.json")));
+        REQUIRE(code == (limited ? 1 : 0));
+        const auto report = nlohmann::json::parse(readFile(dir.file("delay.json")));
+        CHECK(report["steps"] == 12);
+        CHECK(report["unseen"] == 0);
+        CHECK(report["interrupted"] == false);
+        int counted = 0;
+        for (const auto& count : report["histogram"]["counts"])
+            counted += count.get<int>();
+        CHECK(counted == 12);
+        for (const char* axis : {"pitch", "roll", "yaw"}) {
+            CHECK(report["axes_ms"][axis]["count"] == 4);
+            CHECK(report["axes_ms"][axis]["p50"].get<double>() > 0);
+        }
+        CHECK(report["delay_ms"]["max"].get<double>() >= report["delay_ms"]["p50"].get<double>());
+        CHECK(report["fine"] == !limited);
+    }
+    Process nowhere({"eyepoint-host", "--target", ig.address, "--orbit", "57.02,-5.1,700,2500",
+                     "--measure-delay", "no-such-ring"},
+                    dir.file("delay.json"), dir.file("delay.err"));
+    CHECK(nowhere.wait(60) == 1);
+    CHECK_THAT(readFile(dir.file("delay.err")), Catch::Contains("no-such-ring"));
+    ig.process.signal(SIGTERM);
+    CHECK(ig.process.wait(30) == 0);
+}
+
+TEST_CASE("beside a flood of hostile datagrams the host is served, and memory stays")
+{
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    Generator ig(dir, {"--terrain", terrain, "--stats", dir.file("ig.json"), "--set", "view.width=64",
+                       "--set", "view.height=36", "--set", "view.rate_hz=30"});
+    REQUIRE_FALSE(ig.address.empty());
+    const auto fly = [&](const std::string& hostile) {
+        Process host({"eyepoint-host", "--target", ig.address, "--orbit", "57.02,-5.1,700,2500", "--rate",
+                      "30", "--duration", "2", "--hostile", hostile, "--json"},
+                     dir.file("host.json"), dir.file("host.err"));
+        const int code = host.wait(60);
+        INFO(readFile(dir.file("host.err")));
+        REQUIRE(code == 0);
+        return nlohmann::json::parse(readFile(dir.file("host.json")));
+    };
+    CHECK(fly("0")["hostile_sent"] == 0);
+    const uint64_t before = residentBytes(ig.process.pid());
+    const auto report = fly("50000");
+    const uint64_t after = residentBytes(ig.process.pid());
+    CHECK(report["hostile_sent"].get<int>() > 10'000);
+    CHECK(after < before + (uint64_t{8} << 20));
+    ig.process.signal(SIGTERM);
+    REQUIRE(ig.process.wait(30) == 0);
+    const auto packets = nlohmann::json::parse(readFile(dir.file("ig.json")))["packets"];
+    INFO(packets.dump());
+    CHECK(packets["shielded_frames"].get<int>() > 0);
+    CHECK(packets["dropped_by_kernel"].get<int>() > 1000);
+    // What had come before the shield was up may be lost.
+    CHECK(packets["lost"].get<double>() <= 0.25 * report["frames_sent"].get<double>());
+    CHECK(packets["accepted"].get<double>() >= 1.5 * report["frames_sent"].get<double>());
 }
 
 TEST_CASE("a host that nobody answers says so and ends with 1")

@@ -4,6 +4,7 @@
 #include "hostif/fgnet.h"
 #include "hostif_talk.h"
 #include "ig/app/host_link.h"
+#include "ig/app/loss_fade.h"
 #include "ig/app/steady_clock.h"
 
 #include <catch2/catch.hpp>
@@ -348,4 +349,131 @@ TEST_CASE(
     CHECK_FALSE(guard.raised());
     CHECK(guard.frame(5000, true, 83) == Order::none);
     CHECK(guard.frame(5000, true, 82 + FloodGuard::kCalmS) == Order::raise);
+}
+
+TEST_CASE(
+    "a lost host's picture goes dark over its time and is back with the host, or stays if that is wanted")
+{
+    app::LossFade fade(2);
+    CHECK(fade.light(false, 10) == 1);
+    CHECK(fade.light(true, 11) == 1);
+    CHECK(fade.light(true, 12) == Approx(0.5));
+    CHECK(fade.light(true, 13) == 0);
+    CHECK(fade.light(true, 1e6) == 0);
+    CHECK(fade.light(false, 1e6 + 1) == 1);
+    CHECK(fade.light(true, 1e6 + 2) == 1); // begins anew
+    app::LossFade hold(0);
+    CHECK(hold.light(true, 1) == 1);
+    CHECK(hold.light(true, 100) == 1);
+
+    std::vector<std::byte> picture;
+    for (const int value : {200, 100, 50, 255, 3, 2, 1, 0}) {
+        picture.push_back(static_cast<std::byte>(value));
+    }
+    const std::vector<std::byte> before = picture;
+    app::dim(picture, 1);
+    CHECK(picture == before);
+    app::dim(picture, 0.5);
+    CHECK(std::to_integer<int>(picture[0]) == 100);
+    CHECK(std::to_integer<int>(picture[1]) == 50);
+    CHECK(std::to_integer<int>(picture[2]) == 25);
+    CHECK(std::to_integer<int>(picture[3]) == 255);
+    CHECK(std::to_integer<int>(picture[7]) == 0);
+    app::dim(picture, 0);
+    CHECK(std::to_integer<int>(picture[0]) + std::to_integer<int>(picture[1]) +
+              std::to_integer<int>(picture[2]) ==
+          0);
+    CHECK(std::to_integer<int>(picture[3]) == 255);
+}
+
+namespace {
+
+// Where a host's aircraft is: 150 m/s in a turn of 6 degrees per second.
+hostif::EntityControl turning(double timeS)
+{
+    const double radius = 150 / (6 * kRadPerDeg);
+    const double angle = 6 * kRadPerDeg * timeS;
+    const Geodetic centre{56.8 * kRadPerDeg, -5 * kRadPerDeg, 2000};
+    const glm::dvec3 ned(radius * std::cos(angle), radius * std::sin(angle), 0);
+    const Geodetic at =
+        toGeodetic({toEcef(centre).m + ecefFromNed(centre.latitudeRad, centre.longitudeRad) * ned});
+    hostif::EntityControl entity = ownship(at.latitudeRad * kDegPerRad);
+    entity.longitudeDegOrYM = at.longitudeRad * kDegPerRad;
+    entity.altitudeOrZM = at.heightM;
+    entity.yawDeg = static_cast<float>(std::fmod(angle * kDegPerRad + 90, 360));
+    return entity;
+}
+
+struct Course {
+    double worstM = 0;  // from where the aircraft is at the time of display
+    double jitterM = 0; // largest change of that from one frame to the next
+};
+
+// Flies it at 60 Hz over a network that adds 2 ms and up to 14 ms more, and displays at 60 Hz.
+Course fly(bool stamps, bool rates, double horizonS)
+{
+    hostif::Session session{{}};
+    app::ToWorld toWorld(horizonS);
+    scene::World world{kWgs84, {}};
+    Course course;
+    std::optional<double> lastM;
+    int next = 0; // message
+    const auto arrivalS = [](int message) {
+        return message / 60.0 + 0.002 + 0.014 * ((message * 7) % 11) / 10;
+    };
+    for (int frame = 0; frame < 600; ++frame) {
+        const double frameS = frame / 60.0 + 0.0051;
+        for (; arrivalS(next) <= frameS; ++next) {
+            hostif::IgControl control;
+            control.mode = hostif::IgMode::operate;
+            control.hostFrameNumber = static_cast<uint32_t>(next + 1);
+            control.extrapolationEnable = true;
+            control.timestampValid = stamps;
+            control.timestampTicks =
+                static_cast<uint32_t>(std::lround(next / 60.0 * hostif::kTicksPerSecond));
+            Bytes bytes;
+            append(Protocol::cigi3, bytes, ByteOrder::big, control);
+            append(Protocol::cigi3, bytes, ByteOrder::big, hostif::HostMessage{turning(next / 60.0)});
+            if (rates) {
+                hostif::RateControl rate = ahead(150);
+                rate.yawDegPerS = 6;
+                append(Protocol::cigi3, bytes, ByteOrder::big, hostif::HostMessage{rate});
+            }
+            session.receive(bytes, test::kHost, arrivalS(next));
+        }
+        for (const hostif::SessionEvent& event : session.takeEvents()) {
+            (void)toWorld.apply(event, world);
+        }
+        if (frame < 60) { // the clocks have to be compared first
+            continue;
+        }
+        const double displayS = frameS + 1 / 60.0;
+        const hostif::EntityControl truth = turning(displayS);
+        const EcefPos there = toEcef(
+            {truth.latitudeDegOrXM * kRadPerDeg, truth.longitudeDegOrYM * kRadPerDeg, truth.altitudeOrZM});
+        const double offM = glm::length(world.viewState(0, 16, 16, displayS)->eye.m - there.m);
+        course.worstM = std::max(course.worstM, offM);
+        course.jitterM = lastM ? std::max(course.jitterM, std::abs(offM - *lastM)) : 0;
+        lastM = offM;
+    }
+    return course;
+}
+
+} // namespace
+
+TEST_CASE("with time stamps the network's jitter is not seen, and nothing is delayed for it")
+{
+    for (const bool rates : {true, false}) {
+        INFO(rates);
+        const Course smooth = fly(true, rates, 0.25);
+        CHECK(smooth.worstM < 150 * 0.003); // behind by what every message takes, 2 ms
+        CHECK(smooth.jitterM < 0.1);
+        const Course off = fly(true, rates, 0);
+        CHECK(off.worstM > 150 * 0.016); // drawn as said: a frame old and more
+        CHECK(off.jitterM > 1);
+    }
+    // Without them the arrival is all there is.
+    const Course arrivals = fly(false, true, 0.25);
+    CHECK(arrivals.worstM < 150 * 0.017);
+    CHECK(arrivals.jitterM > 0.5);
 }

@@ -3,6 +3,8 @@
 #include "hostif/codec.h"
 #include "hostif/session.h"
 #include "hostif/udp_socket.h"
+#include "tools/host/delay.h"
+#include "tools/host/hostile.h"
 #include "tools/host/report.h"
 #include "tools/host/run.h"
 
@@ -351,4 +353,122 @@ TEST_CASE("the program's exit codes and words")
     }
     CHECK(hostProgram("--help").code == 0);
     CHECK(hostProgram("--version").text.find("eyepoint-host ") == 0);
+}
+
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+
+} // namespace
+
+TEST_CASE("a step is shown by the first frame that knows its message and differs from the one before")
+{
+    // Frames every 16 ms, taken 10 ms after they began; steps at 5, 100 and 201 ms.
+    const std::vector<Step> steps{{0, 10, 5 * kMs}, {1, 20, 100 * kMs}, {2, 30, 201 * kMs}};
+    const std::vector<TakenFrame> frames{
+        {8, 10 * kMs, true},    // before the first step: another's
+        {9, 26 * kMs, false},   //
+        {11, 42 * kMs, false},  // knows the step, looks the same
+        {12, 58 * kMs, true},   // shows it
+        {13, 74 * kMs, true},   // changes again
+        {20, 122 * kMs, true},  // shows the second
+        {21, 138 * kMs, false}, //
+        {40, 234 * kMs, true},  // shows the third
+    };
+    const DelayResult result = matchSteps(steps, frames);
+    CHECK(result.delaysMs[0] == std::vector<double>{53});
+    CHECK(result.delaysMs[1] == std::vector<double>{22});
+    CHECK(result.delaysMs[2] == std::vector<double>{33});
+    CHECK(result.unseen == 0);
+    CHECK(result.restless == 1);
+    CHECK(result.frames == frames.size());
+}
+
+TEST_CASE("steps that come due while no frame leaves all count from when they were due")
+{
+    // A second without a frame: three steps in it. Counting from one another's frames would hide two of them.
+    const std::vector<Step> steps{{0, 1, 0}, {1, 2, 250 * kMs}, {2, 3, 500 * kMs}, {0, 9, 2000 * kMs}};
+    const std::vector<TakenFrame> frames{
+        {0, -10 * kMs, false}, {3, 1000 * kMs, true}, {4, 1016 * kMs, false}};
+    const DelayResult result = matchSteps(steps, frames);
+    CHECK(result.delaysMs[0] == std::vector<double>{1000});
+    CHECK(result.delaysMs[1] == std::vector<double>{750});
+    CHECK(result.delaysMs[2] == std::vector<double>{500});
+    CHECK(result.unseen == 1); // the last one
+    CHECK_FALSE(delayIsFine({}, result));
+}
+
+TEST_CASE("the host's frame number may wrap while delays are measured")
+{
+    const std::vector<Step> steps{{0, 0xFFFF'FFFEU, 0}, {1, 5, 100 * kMs}};
+    const std::vector<TakenFrame> frames{
+        {0xFFFF'FFFDU, 0, false}, {0xFFFF'FFFFU, 20 * kMs, true}, {3, 90 * kMs, false}, {6, 120 * kMs, true}};
+    const DelayResult result = matchSteps(steps, frames);
+    CHECK(result.delaysMs[0] == std::vector<double>{20});
+    CHECK(result.delaysMs[1] == std::vector<double>{20});
+}
+
+TEST_CASE("the limit is on the 99th percentile of all axes, in frame periods")
+{
+    DelayResult result;
+    result.frameMs = 10;
+    result.delaysMs[0].assign(98, 15.0);
+    result.delaysMs[1] = {20.0};
+    result.delaysMs[2] = {500.0}; // one of a hundred
+    DelayOptions options;
+    options.limitFrames = 2;
+    CHECK(delayIsFine(options, result));
+    options.limitFrames = 1.9;
+    CHECK_FALSE(delayIsFine(options, result));
+    const std::string text = delayText(options, result);
+    CHECK_THAT(text, Catch::Contains("100 steps") && Catch::Contains("not kept"));
+    const std::string json = delayJson(options, result);
+    CHECK_THAT(json, Catch::Contains("\"p99_frames\":2.0") && Catch::Contains("\"fine\":false"));
+    options.limitFrames = 0;
+    CHECK(delayIsFine(options, result));
+    result.unseen = 1;
+    CHECK_FALSE(delayIsFine(options, result));
+}
+
+TEST_CASE("a flood is of all kinds: some of it a session believes, if nobody stops it at the address")
+{
+    hostif::Session session{{}};
+    double timeS = 0;
+    for (const auto& datagram : hostileDatagrams(1000, 7)) {
+        session.receive(datagram, loopback(4000), timeS += 1e-3);
+        (void)session.takeEvents();
+    }
+    const auto& stats = session.stats();
+    using hostif::Reason;
+    CHECK(stats.accepted >= 200);
+    CHECK(stats.reasons[Reason::badVersion] > 100);
+    CHECK(stats.reasons[Reason::notFinite] > 100);
+    CHECK(stats.reasons[Reason::overrun] + stats.reasons[Reason::badSize] > 50);
+    CHECK(stats.reasons[Reason::junk] > 100);
+    CHECK(stats.reasons[Reason::tooShort] > 0);
+}
+
+TEST_CASE("a flood is sent at about its rate, and ends with its sender")
+{
+    auto socket = *hostif::UdpSocket::open(loopback(0));
+    {
+        auto hostile = Hostile::start(socket.local(), 5000);
+        REQUIRE(hostile);
+        hostif::UdpSocket::Received received;
+        REQUIRE(socket.wait(10));
+        const auto endS = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+        while ((*hostile)->sent() < 500 && std::chrono::steady_clock::now() < endS)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        CHECK((*hostile)->sent() >= 500);
+        std::vector<hostif::Address> senders;
+        while (socket.receive(received)) {
+            if (std::find(senders.begin(), senders.end(), received.sender) == senders.end())
+                senders.push_back(received.sender);
+        }
+        CHECK(senders.size() == 4);
+    }
+    hostif::UdpSocket::Received received;
+    while (socket.receive(received)) {
+    }
+    CHECK_FALSE(socket.wait(0.05));
 }

@@ -389,3 +389,81 @@ TEST_CASE("a place that the host restates keeps the velocity that has been gaine
     const glm::dvec3 again = world.viewState(0, 16, 16, 4)->eye.m - world.viewState(0, 16, 16, 3)->eye.m;
     CHECK(glm::length(again) == Approx(5).epsilon(1e-3));
 }
+
+TEST_CASE("the rates that lead from one place to another are found again, small or large")
+{
+    const glm::dmat3 start = parentFromChild({2.0, 0.3, -0.5});
+    for (const double dtS : {1e-3, 0.0166, 0.5}) {
+        for (const double scale : {0.0, 1e-6, 1e-3, 1.0, 10.0}) {
+            const Rates rates{true, {150, 2, -3}, glm::dvec3(0.1, 0.2, -0.3) * scale};
+            const Rates got = ratesOf(motionOver(dtS, rates, start), dtS, start);
+            CHECK(glm::length(got.velocityMps - rates.velocityMps) < 1e-9);
+            CHECK(glm::length(got.turnRadPerS - rates.turnRadPerS) < 1e-9);
+        }
+    }
+}
+
+namespace {
+
+// States a place on a circle of 100 m/s and 0.1 rad/s every 20 ms.
+EntityState onCircle(double timeS)
+{
+    EntityState state = aircraft();
+    state.attitude = {0.1 * timeS, 0, 0};
+    const Motion so = motionOver(timeS, {true, {100, 0, 0}, {0, 0, 0.1}}, glm::dmat3(1.0));
+    const glm::dmat3 axes = ecefFromNed(state.position.latitudeRad, state.position.longitudeRad);
+    state.position = toGeodetic({toEcef(state.position).m + axes * so.offsetM});
+    return state;
+}
+
+} // namespace
+
+TEST_CASE("places with the host's own time stamps show the rates that it does not give")
+{
+    for (const bool stamped : {true, false}) {
+        World world = movingWorld();
+        world.set(Extrapolation{true, 0.25, stamped});
+        for (int i = 0; i <= 50; ++i) {
+            REQUIRE(world.set(onCircle(0.02 * i), 0.02 * i) == Applied::yes);
+        }
+        World truth(kWgs84, {});
+        REQUIRE(truth.set(onCircle(1.05)) == Applied::yes);
+        const ViewState got = *world.viewState(0, 16, 16, 1.05);
+        const ViewState wanted = *truth.viewState(0, 16, 16);
+        CHECK(glm::length(got.eye.m - wanted.eye.m) == Approx(stamped ? 0.0 : 5.0).margin(0.01));
+        CHECK(largestDifference(got.eyeFromEcef, wanted.eyeFromEcef) < (stamped ? 1e-5 : 1e-2));
+    }
+}
+
+TEST_CASE("a step or a leap shows no rates, and rates that the host gives count alone")
+{
+    World world = movingWorld();
+    world.set(Extrapolation{true, 0.25, true});
+    EntityState state = aircraft();
+    const auto still = [&](double timeS) {
+        World truth(kWgs84, {});
+        REQUIRE(truth.set(state) == Applied::yes);
+        const ViewState got = *world.viewState(0, 16, 16, timeS);
+        const ViewState wanted = *truth.viewState(0, 16, 16);
+        return glm::length(got.eye.m - wanted.eye.m) < 1e-6 &&
+               largestDifference(got.eyeFromEcef, wanted.eyeFromEcef) < 1e-9;
+    };
+    bool everStill = true;
+    for (int i = 0; i < 60; ++i) {
+        if (i % 10 == 5) {
+            state.attitude.yawRad += 1 * kRadPerDeg; // in one frame
+        }
+        if (i == 33) {
+            state.position.latitudeRad += 1e-3; // six kilometres
+        }
+        REQUIRE(world.set(state, i / 60.0) == Applied::yes);
+        everStill = everStill && still(i / 60.0 + 0.03);
+    }
+    CHECK(everStill);
+    for (int i = 0; i <= 20; ++i) { // flies, but the host says that it stands
+        REQUIRE(world.set(onCircle(0.02 * i), 10 + 0.02 * i) == Applied::yes);
+        REQUIRE(world.set(0, Rates{}, 10 + 0.02 * i) == Applied::yes);
+    }
+    state = onCircle(0.4);
+    CHECK(still(10.43));
+}

@@ -91,39 +91,76 @@ bool HostLink::take(hostif::UdpSocket::Received& received)
     return true;
 }
 
-// Returns how many datagrams were read.
-int HostLink::drain(double nowS)
+void HostLink::drain(double nowS)
 {
     hostif::UdpSocket::Received received;
-    int count = 0;
-    for (; count < kDatagramsPerFrame && take(received); ++count) {
+    for (int i = 0; i < kDatagramsPerFrame && take(received); ++i) {
         _session.receive(received.bytes, received.sender, std::min(received.arrivalS, nowS));
     }
-    return count;
 }
 
 // Without a host there is nothing to wait for: frames go on, and their Start Of Frame calls for one.
-int HostLink::takeOneMessage(double nowS)
+void HostLink::takeOneMessage(double nowS)
 {
     const uint64_t before = _session.stats().accepted;
     hostif::UdpSocket::Received received;
-    int count = 0;
-    while (count < kDatagramsPerFrame && _session.stats().accepted == before) {
+    for (int i = 0; i < kDatagramsPerFrame; ++i) {
         while (!take(received)) {
             const double leftS = _session.lastArrivalS() + _timeoutS - nowS;
             if (_session.hostState() != hostif::HostState::live || !(leftS > 0) || !_socket->wait(leftS)) {
-                return count;
+                return;
             }
             nowS = static_cast<double>(steadyNs()) * kSecondsPerNs;
         }
-        ++count;
         _session.receive(received.bytes, received.sender, std::min(received.arrivalS, nowS));
+        if (_session.stats().accepted != before) {
+            return;
+        }
     }
-    return count;
 }
 
-void HostLink::guard(uint64_t foreign, double nowS)
+void HostLink::receive(scene::World& world, double nowS)
 {
+    if (!_socket) {
+        // Everything was fed.
+    } else if (_timing == Timing::lockstep) {
+        takeOneMessage(nowS);
+    } else {
+        drain(nowS);
+    }
+    if (_recorder) {
+        noteRecording(_recorder->takeFailure());
+    }
+    _newestArrivalS.reset();
+    guard(nowS);
+    for (const hostif::SessionEvent& event : _session.takeEvents()) {
+        if (const auto* frame = std::get_if<hostif::HostFrame>(&event)) {
+            _newestArrivalS = frame->arrivalS;
+            _newestFrame = *frame;
+        }
+        noteUnsupported(event);
+        _queries.take(event);
+        if (_toWorld.apply(event, world) != scene::Applied::yes) {
+            ++_refused;
+            warnOnce(_notedRefusal,
+                     "the host asks for what cannot be (unknown parent or entity, too many entities, "
+                     "views or weather layers, or "
+                     "an impossible view); such packets are ignored and counted");
+        }
+    }
+}
+
+// After each frame's datagrams.
+void HostLink::guard(double nowS)
+{
+    if (!_socket) {
+        return; // everything is fed
+    }
+    _socket->countDrops();
+    const uint64_t allForeign =
+        _socket->stats().received + _socket->stats().dropped - _session.stats().accepted;
+    const uint64_t foreign = allForeign - _foreignBefore;
+    _foreignBefore = allForeign;
     const std::optional<hostif::Address> host = _session.liveHost();
     _shieldedFrames += _floodGuard.raised() ? 1 : 0;
     switch (_floodGuard.frame(foreign, host.has_value(), nowS)) {
@@ -144,38 +181,6 @@ void HostLink::guard(uint64_t foreign, double nowS)
         _log->write(LogLevel::info, host ? "flood: over, everything is read again"
                                          : "flood: the host is silent, everything is read again");
         return;
-    }
-}
-
-void HostLink::receive(scene::World& world, double nowS)
-{
-    const uint64_t acceptedBefore = _session.stats().accepted;
-    if (_socket) { // else everything was fed
-        const uint64_t droppedBefore = _socket->stats().dropped;
-        const int read = _timing == Timing::lockstep ? takeOneMessage(nowS) : drain(nowS);
-        _socket->countDrops();
-        guard(static_cast<uint64_t>(read) - (_session.stats().accepted - acceptedBefore) +
-                  (_socket->stats().dropped - droppedBefore),
-              nowS);
-    }
-    if (_recorder) {
-        noteRecording(_recorder->takeFailure());
-    }
-    _newestArrivalS.reset();
-    for (const hostif::SessionEvent& event : _session.takeEvents()) {
-        if (const auto* frame = std::get_if<hostif::HostFrame>(&event)) {
-            _newestArrivalS = frame->arrivalS;
-            _newestFrame = *frame;
-        }
-        noteUnsupported(event);
-        _queries.take(event);
-        if (_toWorld.apply(event, world) != scene::Applied::yes) {
-            ++_refused;
-            warnOnce(_notedRefusal,
-                     "the host asks for what cannot be (unknown parent or entity, too many entities, "
-                     "views or weather layers, or "
-                     "an impossible view); such packets are ignored and counted");
-        }
     }
 }
 

@@ -61,6 +61,8 @@ public:
 
     // When the kernel got the newest host message that the last receive() applied; nothing if there was none.
     std::optional<double> newestArrivalS() const noexcept { return _newestArrivalS; }
+    // The host has fallen silent and nobody has spoken since.
+    bool hostLost() const noexcept { return _session.hostState() == hostif::HostState::lost; }
     // The newest host message that was ever applied.
     const std::optional<hostif::HostFrame>& newestFrame() const noexcept { return _newestFrame; }
     hostif::SessionStats sessionStats() const noexcept { return _session.stats(); }
@@ -84,9 +86,9 @@ private:
 
     bool take(hostif::UdpSocket::Received& received);
     void noteRecording(const std::optional<Error>& failure);
-    int drain(double nowS);
-    int takeOneMessage(double nowS);
-    void guard(uint64_t foreign, double nowS);
+    void drain(double nowS);
+    void takeOneMessage(double nowS);
+    void guard(double nowS);
     void warnOnce(bool& noted, const char* line);
     void noteUnsupported(const hostif::SessionEvent& event);
 
@@ -104,6 +106,7 @@ private:
     std::optional<hostif::HostFrame> _newestFrame;
     uint64_t _refused = 0;
     FloodGuard _floodGuard;
+    uint64_t _foreignBefore = 0; // datagrams that were not the host's, before this frame
     uint64_t _shieldedFrames = 0;
 };
 

@@ -165,8 +165,8 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
 ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, HostLink host,
                                gl::Context context, std::unique_ptr<gl::Renderer> renderer,
                                data::Dataset dataset, std::vector<NamedSink> sinks)
-    : _settings(settings), _log(log), _host(std::move(host)), _context(std::move(context)),
-      _renderer(std::move(renderer)),
+    : _settings(settings), _log(log), _host(std::move(host)), _lossFade(settings.host.fadeS),
+      _context(std::move(context)), _renderer(std::move(renderer)),
       _terrain(std::move(dataset), terrainSettings(settings), *_renderer, log),
       _terrainView(_terrain, terrainSettings(settings).selection, *_renderer),
       _world(_terrain.info().shape.ellipsoid, viewDefaults(settings)),
@@ -247,6 +247,7 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     const int64_t drawn = clockNs();
     const out::FrameMemory memory = memoryForFrame();
     _renderer->read(memory.rgba);
+    dim(memory.rgba, _lossFade.light(_host.hostLost(), nowS));
     if (!memory.depthM.empty()) {
         _renderer->readDepth(memory.depthM);
     }

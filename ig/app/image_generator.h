@@ -9,6 +9,7 @@
 #include "ig/app/frame_stats.h"
 #include "ig/app/frame_time_control.h"
 #include "ig/app/host_link.h"
+#include "ig/app/loss_fade.h"
 #include "ig/app/metrics.h"
 #include "ig/app/run_statistics.h"
 #include "ig/app/terrain_view.h"
@@ -90,6 +91,7 @@ private:
     config::Settings _settings;
     LogSink& _log;
     HostLink _host;
+    LossFade _lossFade;
     gl::Context _context;
     std::unique_ptr<gl::Renderer> _renderer;
     TerrainResidency _terrain;

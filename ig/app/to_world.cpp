@@ -72,7 +72,8 @@ struct Statement {
     Applied operator()(const hostif::HostFrame& in) const
     {
         timeS = in.dataS;
-        world.set(scene::Extrapolation{in.control.extrapolationEnable && horizonS > 0, horizonS});
+        world.set(scene::Extrapolation{in.control.extrapolationEnable && horizonS > 0, horizonS,
+                                       in.control.timestampValid});
         return Applied::yes;
     }
 

@@ -2,6 +2,7 @@
 #include "ig/scene/motion.h"
 
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -139,6 +140,25 @@ Motion motionOver(double dtS, const Rates& rates, const glm::dmat3& parentFromBo
         b = (angle - std::sin(angle)) / (angle * angle * angle);
     }
     return {parentFromBody * (fromCross(w, a, b) * v), parentFromBody * turnBy(w)};
+}
+
+Rates ratesOf(const Motion& motion, double dtS, const glm::dmat3& parentFromBody) noexcept
+{
+    const glm::dmat3 bodyFromParent = glm::transpose(parentFromBody);
+    const glm::dmat3 r = bodyFromParent * motion.parentFromBody;
+    // Twice the sine and cosine of the angle; the axis along the antisymmetric part.
+    const glm::dvec3 axis(r[1].z - r[2].y, r[2].x - r[0].z, r[0].y - r[1].x);
+    const double sine = glm::length(axis);
+    const double angle = std::atan2(sine, r[0].x + r[1].y + r[2].z - 1);
+    const glm::dvec3 w = angle > kSmallRad ? axis * (angle / sine) : 0.5 * axis;
+    // Where one metre per second in each axis leads.
+    glm::dmat3 way;
+    for (int i = 0; i < 3; ++i) {
+        glm::dvec3 unit(0.0);
+        unit[i] = 1;
+        way[i] = motionOver(1, {true, unit, w}, glm::dmat3(1.0)).offsetM;
+    }
+    return {true, glm::inverse(way) * (bodyFromParent * motion.offsetM) / dtS, w / dtS};
 }
 
 Moved movedOver(double dtS, const Rates& rates, const Accelerations& a,

@@ -60,6 +60,10 @@ struct Moved {
 Moved movedOver(double dtS, const Rates& rates, const Accelerations& accelerations,
                 const glm::dmat3& parentFromBody) noexcept;
 
+// The steady rates in body axes that lead from parentFromBody over `motion` in dtS seconds, > 0: what
+// motionOver undoes, for turns of less than half a circle.
+Rates ratesOf(const Motion& motion, double dtS, const glm::dmat3& parentFromBody) noexcept;
+
 inline constexpr double kStepRad = 0.1;
 inline constexpr int kMostSteps = 128;
 

@@ -82,7 +82,7 @@ Applied World::set(const EntityState& state, double timeS)
     wanted.clamp = state.attached ? Clamp::none : state.clamp;
     if (slot != kNone) {
         Entity& entity = _entities[static_cast<size_t>(slot)];
-        entity.rates = motion(entity, timeS).rates;
+        observe(entity, wanted, timeS);
         if ((entity.state.clamp == Clamp::none) != (wanted.clamp == Clamp::none)) {
             entity.footing.forget();
             _clamped += wanted.clamp == Clamp::none ? size_t(-1) : 1;
@@ -95,7 +95,9 @@ Applied World::set(const EntityState& state, double timeS)
         return Applied::full;
     }
     _slotOfEntity[state.id] = static_cast<int16_t>(_entities.size());
-    _entities.push_back({wanted, timeS, {}, {}, {}});
+    Entity& entity = _entities.emplace_back();
+    entity.state = wanted;
+    entity.timeS = timeS;
     _clamped += wanted.clamp == Clamp::none ? 0 : 1;
     return Applied::yes;
 }
@@ -110,10 +112,12 @@ Applied World::set(const GroundTrack& track, double timeS)
     if (entity.state.attached) {
         return Applied::outOfRange; // an offset is nowhere on the ground
     }
-    entity.rates = motion(entity, timeS).rates;
-    entity.state.position.latitudeRad = track.latitudeRad;
-    entity.state.position.longitudeRad = track.longitudeRad;
-    entity.state.attitude.yawRad = track.yawRad;
+    EntityState next = entity.state;
+    next.position.latitudeRad = track.latitudeRad;
+    next.position.longitudeRad = track.longitudeRad;
+    next.attitude.yawRad = track.yawRad;
+    observe(entity, next, timeS);
+    entity.state = next;
     entity.timeS = timeS;
     return Applied::yes;
 }
@@ -127,6 +131,7 @@ Applied World::set(uint16_t id, const Rates& rates, double timeS)
     Entity& entity = _entities[static_cast<size_t>(slot)];
     rebase(entity, timeS);
     entity.rates = rates;
+    entity.ratesGiven = true;
     return Applied::yes;
 }
 
@@ -139,7 +144,47 @@ Applied World::set(uint16_t id, const Accelerations& accelerations, double timeS
     Entity& entity = _entities[static_cast<size_t>(slot)];
     rebase(entity, timeS);
     entity.accelerations = accelerations;
+    entity.ratesGiven = true;
     return Applied::yes;
+}
+
+// The rates with which the entity goes on from its next statement.
+void World::observe(Entity& entity, const EntityState& next, double timeS) const
+{
+    if (entity.ratesGiven) {
+        entity.rates = motion(entity, timeS).rates;
+        return;
+    }
+    constexpr double kLongestS = 0.5;
+    constexpr double kShortestS = 1e-3;
+    const EntityState& last = entity.state;
+    const double overS = timeS - entity.timeS;
+    const bool one = last.attached == next.attached && last.parent == next.parent && last.clamp == next.clamp;
+    if (!_extrapolation.stamped || !one || !(overS >= kShortestS && overS <= kLongestS)) {
+        entity.rates = {};
+        entity.seenOverS = 0;
+        return;
+    }
+    Motion between{next.offsetM - last.offsetM, parentFromChild(next.attitude)};
+    if (!last.attached) {
+        const glm::dmat3 fromEcef =
+            glm::transpose(ecefFromNed(last.position.latitudeRad, last.position.longitudeRad));
+        between.offsetM =
+            fromEcef * (toEcef(next.position, _ellipsoid).m - toEcef(last.position, _ellipsoid).m);
+        between.parentFromBody = fromEcef *
+                                 ecefFromNed(next.position.latitudeRad, next.position.longitudeRad) *
+                                 between.parentFromBody;
+    }
+    const Rates seen = ratesOf(between, overS, parentFromChild(last.attitude));
+    const double passedS = 0.5 * (overS + entity.seenOverS);
+    // What does not agree is not believed before it has been seen twice: the rates so far stay.
+    if (entity.seenOverS > 0 &&
+        glm::length(seen.velocityMps - entity.seen.velocityMps) <= kHardestMps2 * passedS &&
+        glm::length(seen.turnRadPerS - entity.seen.turnRadPerS) <= kQuickestRadPerS2 * passedS) {
+        entity.rates = seen;
+    }
+    entity.seen = seen;
+    entity.seenOverS = overS;
 }
 
 void World::rebase(Entity& entity, double timeS) const

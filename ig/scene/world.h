@@ -7,6 +7,10 @@
 // moves with its rates where extrapolation is on for it and for the world, for at most the horizon: after
 // that it holds. Otherwise it is where the host last put it. Times are seconds of any one clock.
 //
+// Rates are the host's, or for an entity that it has never given any, where statements are stamped with the
+// host's own time, what its last two places show. They count when they agree with those before, as far as
+// something can accelerate (kHardestMps2, kQuickestRadPerS2): a step or a leap is none.
+//
 // Ground. A clamped entity's height is above the ground under it, and with conformal its pitch and roll are
 // from the slope there; it moves along the slope. Its footing is taken once per frame by standOnGround(), at
 // the place where the entity is at that frame's time, and every pose until the next call uses it:
@@ -88,6 +92,7 @@ struct ViewDefaults {
 struct Extrapolation {
     bool enabled = false; // the master switch
     double horizonS = 0;
+    bool stamped = false; // statements' times are the host's own, free of what the network adds
 };
 
 enum class Applied {
@@ -102,6 +107,8 @@ class World {
 public:
     static constexpr size_t kEntities = 4096;
     static constexpr size_t kViews = 64;
+    static constexpr double kHardestMps2 = 200;     // of rates that are seen, not given: twenty times gravity
+    static constexpr double kQuickestRadPerS2 = 20; // the same
 
     World(const Ellipsoid& ellipsoid, const ViewDefaults& defaults);
 
@@ -155,7 +162,10 @@ private:
         double timeS = 0; // when it is true
         Rates rates;
         Accelerations accelerations;
-        Footing footing; // when clamped
+        Footing footing;         // when clamped
+        bool ratesGiven = false; // by the host
+        Rates seen;              // between the last two statements
+        double seenOverS = 0;    // 0: there are none
     };
     struct View {
         uint16_t id = 0;
@@ -173,6 +183,7 @@ private:
     void rebase(Entity& entity, double timeS) const;
     Geodetic clampedPlace(const Entity& entity, const Motion& own) const;
     Pose clampedPose(const Entity& entity, const Motion& own) const;
+    void observe(Entity& entity, const EntityState& next, double timeS) const;
     void stand(Entity& entity, GroundQueries& ground, double timeS) const;
     int16_t topOf(int16_t slot) const noexcept;
     Pose pose(int16_t slot, double timeS) const;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // eyepoint-host: a small host that flies a path or an orbit and checks what comes back.
 #include "hostif/protocol.h"
+#include "tools/host/delay.h"
+#include "tools/host/hostile.h"
 #include "tools/host/run.h"
 
 #include <CLI/CLI.hpp>
@@ -45,6 +47,8 @@ struct Arguments {
     int database = 1;
     bool bigEndian = false;
     bool json = false;
+    host::DelayOptions delay;
+    double hostilePerS = 0;
 };
 
 constexpr double kDefaultDurationS = 10;
@@ -89,6 +93,20 @@ void declare(CLI::App& app, Arguments& a)
         ->check(within(-90.0, 90.0));
     app.add_option("--record", a.record, "Write what is sent and what comes back to this pcap file");
     app.add_flag("--big-endian", a.bigEndian, "Send as a big-endian host");
+    auto* ring =
+        app.add_option("--measure-delay", a.delay.ring,
+                       "Do not fly: step pitch, roll and yaw at the flight's first point and measure "
+                       "the delay to the frame in this ring (the image generator's shm:NAME)");
+    app.add_option("--steps", a.delay.stepsPerAxis, "Steps of each axis")->check(within(1, 1e5))->needs(ring);
+    app.add_option("--limit", a.delay.limitFrames,
+                   "Frame periods that 99 % of the delays must keep, or the exit code is 1; 0: none")
+        ->check(within(0, 1000))
+        ->needs(ring);
+    app.add_option(
+           "--hostile", a.hostilePerS,
+           "Datagrams per second that others send beside the flight: junk, cut, of another version, of "
+           "another host, with NaN")
+        ->check(within(0, 1e7));
     app.add_flag("--json", a.json, "Report as one JSON object on standard output");
     app.footer(
         "Exit codes: 0 flown, 1 nothing answered or it was not ready in time, 2 usage, 5 address in use.");
@@ -173,6 +191,28 @@ int report(const ig::Error& error)
     return ig::exitCode(error.kind);
 }
 
+int print(const std::string& text)
+{
+    if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
+        return report({ig::ErrorKind::failed, "cannot write the report to standard output"});
+    return 0;
+}
+
+int measureDelay(const Arguments& a, const host::RunOptions& options)
+{
+    if (options.link.protocol == hostif::Protocol::fgnet)
+        return report({ig::ErrorKind::usage, "--measure-delay: fgnet has no frame numbers to tell a step by; "
+                                             "expected --protocol cigi3 or cigi4"});
+    const auto result = host::measureDelay(options, a.delay, stopRequested);
+    if (!result)
+        return report(result.error());
+    const int printed =
+        print(a.json ? host::delayJson(a.delay, *result) + '\n' : host::delayText(a.delay, *result));
+    if (printed != 0 || host::delayIsFine(a.delay, *result))
+        return printed;
+    return ig::exitCode(ig::ErrorKind::failed);
+}
+
 } // namespace
 
 int main(int argc, char** argv)
@@ -185,19 +225,23 @@ int main(int argc, char** argv)
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? 0 : ig::exitCode(ig::ErrorKind::usage);
     }
-    const auto options = runOptions(arguments);
+    auto options = runOptions(arguments);
     if (!options)
         return report(options.error());
 
     catchSignals();
+    if (!arguments.delay.ring.empty())
+        return measureDelay(arguments, *options);
+    // Not before the host is the one that is served: a flood that comes first is another host.
+    ig::Result<std::unique_ptr<host::Hostile>> hostile(std::unique_ptr<host::Hostile>{});
+    if (arguments.hostilePerS > 0)
+        options->takeOff = [&] { hostile = host::Hostile::start(options->target, arguments.hostilePerS); };
     const auto result = host::run(*options, stopRequested);
     if (!result)
         return report(result.error());
+    if (!hostile)
+        return report(hostile.error());
     const host::RunSetup setup{hostif::toString(options->target), arguments.protocol, arguments.bigEndian,
-                               arguments.rateHz};
-    const std::string text =
-        arguments.json ? host::jsonReport(setup, *result) + '\n' : host::textReport(setup, *result);
-    if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-        return report({ig::ErrorKind::failed, "cannot write the report to standard output"});
-    return 0;
+                               arguments.rateHz, *hostile ? (*hostile)->sent() : 0};
+    return print(arguments.json ? host::jsonReport(setup, *result) + '\n' : host::textReport(setup, *result));
 }

@@ -63,6 +63,8 @@ std::string textReport(const RunSetup& setup, const RunResult& result)
             Count(link.malformed), Count(link.badEchoes), Count(link.igRestarts));
     addLine(text, "round trip    p50 %.2f ms, p95 %.2f ms, max %.2f ms of %zu", trip.p50Ms, trip.p95Ms,
             trip.maxMs, trip.count);
+    if (setup.hostileSent > 0)
+        addLine(text, "hostile       %llu datagrams", Count(setup.hostileSent));
     return text;
 }
 
@@ -89,6 +91,7 @@ std::string jsonReport(const RunSetup& setup, const RunResult& result)
         {"sof_rate_hz", rateHz(link.startOfFrames, link.firstSofS, link.lastSofS)},
         {"malformed", link.malformed},
         {"bad_acknowledgements", link.badEchoes},
+        {"hostile_sent", setup.hostileSent},
         {"ig_restarts", link.igRestarts},
         {"round_trip_ms",
          {{"count", trip.count}, {"p50", trip.p50Ms}, {"p95", trip.p95Ms}, {"max", trip.maxMs}}},

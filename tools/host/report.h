@@ -21,6 +21,7 @@ struct RunSetup {
     std::string protocol;
     bool bigEndian = false;
     double rateHz = 0;
+    uint64_t hostileSent = 0; // datagrams of others beside the flight
 };
 
 struct RoundTrip {

@@ -94,6 +94,13 @@ private:
     const volatile std::sig_atomic_t& _stop;
 };
 
+} // namespace
+
+hostif::Address localAddress(const RunOptions& options)
+{
+    return options.local.value_or(freePortToward(options.target));
+}
+
 ig::Error handshakeFailure(const RunOptions& options, LinkPhase phase)
 {
     const std::string target = hostif::toString(options.target);
@@ -122,8 +129,6 @@ ig::Error handshakeFailure(const RunOptions& options, LinkPhase phase)
     }
     return {ig::ErrorKind::failed, text.str()};
 }
-
-} // namespace
 
 ig::Result<RunResult> run(const RunOptions& options, const volatile std::sig_atomic_t& stop)
 {
@@ -154,6 +159,8 @@ ig::Result<RunResult> run(const RunOptions& options, const volatile std::sig_ato
     if (!ready)
         return ig::Unexpected{handshakeFailure(options, link.phase())};
 
+    if (options.takeOff)
+        options.takeOff();
     const double takeOffS = nowS();
     // The last frame lies at the end of the flight, not one period before it.
     const double lastS = options.durationS + 0.5 / options.rateHz;
