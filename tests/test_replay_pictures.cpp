@@ -2,6 +2,7 @@
 // Recordings drawn again by the programs.
 #include "hostif/codec.h"
 #include "hostif/udp_capture.h"
+#include "hostif/udp_socket.h"
 #include "ig/out/png_file.h"
 #include "process.h"
 #include "rolling_land.h"
@@ -10,6 +11,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include <chrono>
 #include <csignal>
 #include <iostream>
 #include <random>
@@ -190,8 +192,8 @@ TEST_CASE("the first frame that differs is named, and both pictures are stored")
     CHECK_THAT(size.said, Catch::Contains("size was 160 x 90, is 128 x 90"));
     const Done shading = with({"--set", "shading.ambient=0.5"});
     CHECK(shading.code == 1);
-    CHECK_THAT(shading.said,
-               Catch::Contains("shading.ambient was 0.35, is 0.5") && Catch::Contains("frame 3 (host frame 103)"));
+    CHECK_THAT(shading.said, Catch::Contains("shading.ambient was 0.35, is 0.5") &&
+                                 Catch::Contains("frame 3 (host frame 103)"));
     const Done part = with({"--frames", "10"});
     CHECK(part.code == 0);
 
@@ -223,6 +225,35 @@ TEST_CASE("what a message does not restate has moved on with its rates to the ho
     const auto asSaid = run("lockstep");
     CHECK(std::set<std::string>(asSaid.begin(), asSaid.end()).size() == 1);
     CHECK(asSaid[0] == moving[0]);
+}
+
+TEST_CASE("without a terrain a recording is sent again, datagram by datagram, in its time")
+{
+    const test::TempDir dir;
+    writeFlight(dir.file("a.pcap"), {});
+    auto socket = hostif::UdpSocket::open(*hostif::parseAddress("127.0.0.1:0"));
+    REQUIRE(socket);
+    const auto start = std::chrono::steady_clock::now();
+    Process process({"eyepoint-replay", dir.file("a.pcap"), "--target", hostif::toString(socket->local()),
+                     "--speed", "2"},
+                    dir.file("replay.out"), dir.file("replay.err"));
+    CHECK(process.wait(60) == 0);
+    // 32 messages 20 ms apart, the last one up to 4 ms early against the first.
+    CHECK(std::chrono::steady_clock::now() - start > std::chrono::milliseconds(316));
+    CHECK_THAT(readFile(dir.file("replay.out")), Catch::Contains("33 datagrams"));
+    hostif::UdpSocket::Received received;
+    uint32_t frame = 100;
+    hostif::HostDatagram datagram;
+    while (socket->receive(received)) {
+        REQUIRE(decodeHost(hostif::Protocol::cigi3, received.bytes, datagram));
+        CHECK(datagram.control.hostFrameNumber == frame++);
+    }
+    CHECK(frame == 100 + kHandshake + kFlight);
+
+    Process confused({"eyepoint-replay", dir.file("a.pcap"), "--hashes", dir.file("h.txt")},
+                     dir.file("replay.out"), dir.file("replay.err"));
+    CHECK(confused.wait(60) == 2);
+    CHECK_THAT(readFile(dir.file("replay.err")), Catch::Contains("--terrain"));
 }
 
 TEST_CASE("image generator and host record the same flight, and both recordings give the same pictures")
