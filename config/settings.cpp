@@ -4,6 +4,8 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <functional>
 #include <sstream>
 
@@ -40,6 +42,14 @@ std::string tomlOf(const std::vector<std::string>& values)
         array.push_back(value);
     }
     return printed(array);
+}
+
+// The fewest digits that give the same number again.
+std::string tomlOf(double value)
+{
+    std::array<char, 32> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+    return {text.data(), end};
 }
 
 template <class T>

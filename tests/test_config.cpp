@@ -65,6 +65,7 @@ TEST_CASE("the shipped file lists every key, with the built-in default as its va
     CHECK(shipped->host.peer == builtIn.host.peer);
     CHECK(shipped->host.timeoutS == builtIn.host.timeoutS);
     CHECK(shipped->host.database == builtIn.host.database);
+    CHECK(shipped->host.record == builtIn.host.record);
     CHECK(shipped->output.sinks == builtIn.output.sinks);
     CHECK(shipped->output.stats == builtIn.output.stats);
     CHECK(shipped->output.receipts == builtIn.output.receipts);
@@ -170,4 +171,23 @@ TEST_CASE("a frame time needs a range of budgets and must fit the rate")
     REQUIRE_FALSE(rate);
     CHECK_THAT(rate.error().message, Catch::Contains("terrain.frame_time_ms"));
     CHECK_THAT(rate.error().message, Catch::Contains("view.rate_hz"));
+}
+
+TEST_CASE("every value is printed so that it can be assigned again")
+{
+    config::Settings settings;
+    settings.terrain.file = "a \"b\".ept";
+    settings.shading.ambient = 0.1 + 0.2;
+    settings.view.width = 17;
+    settings.terrain.morph = false;
+    settings.output.sinks = {"null", "png:x y"};
+    config::Settings again;
+    const std::vector<config::Value> values = config::values(settings);
+    CHECK(values.size() == config::keys().size());
+    for (const config::Value& value : values) {
+        INFO(value.name << " = " << value.text);
+        CHECK(config::assign(again, value.name + "=" + value.text));
+    }
+    CHECK(config::changes(settings, again).empty());
+    CHECK(again.shading.ambient == 0.1 + 0.2);
 }

@@ -7,8 +7,8 @@
 #include "ig/out/eyepoint_frames.h"
 #include "ig/out/png_file.h"
 #include "process.h"
+#include "rolling_land.h"
 #include "temp_dir.h"
-#include "tools/terrain/compile.h"
 
 #include <nlohmann/json.hpp>
 #include <poll.h>
@@ -25,29 +25,6 @@ using test::Process;
 using test::readFile;
 
 namespace {
-
-// Rolling land, 1025 x 1025 posts of 50 m, south-west corner a sea.
-std::string makeTerrain(const test::TempDir& dir)
-{
-    ig::terrain::GridPlace place;
-    place.northDeg = 57.25;
-    place.westDeg = -5.5;
-    place.latitudeStepDeg = 0.00045;
-    place.longitudeStepDeg = 0.0008;
-    place.heightScaleM = 0.1;
-    place.source = "rolling land";
-    const std::string path = dir.file("land.ept");
-    const auto compiled = ig::terrain::compileHeights(
-        1025, 1025, place,
-        [](uint32_t col, uint32_t row) {
-            const double land = 250.0 * std::sin(col * 0.031) * std::cos(row * 0.027) +
-                                60.0 * std::sin(col * 0.21) + 35.0 * std::cos(row * 0.33 + col * 0.1) + 150.0;
-            return std::max(0.0, land);
-        },
-        path);
-    REQUIRE(compiled);
-    return path;
-}
 
 // An image generator on a free port.
 struct Generator {
@@ -126,7 +103,7 @@ std::string frameName(const test::TempDir& dir, int number)
 TEST_CASE("a host flies the image generator over UDP and gets pictures, answers and figures")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     Generator ig(dir, {"--terrain", terrain, "--sink", "png:" + dir.file("frames"), "--sink",
                        "y4m:" + dir.file("flight.y4m"), "--stats", dir.file("ig.json"), "--set",
                        "view.width=320", "--set", "view.height=180", "--set", "view.rate_hz=20", "--set",
@@ -205,7 +182,7 @@ TEST_CASE("a host flies the image generator over UDP and gets pictures, answers 
 TEST_CASE("frames come out of the ring while the image generator flies, and its end is told from its death")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     const std::string ring = "eyepoint-e2e-" + std::to_string(getpid());
     const std::vector<std::string> arguments{"--terrain", terrain,          "--sink", "shm:" + ring,
                                              "--set",     "view.width=160", "--set",  "view.height=90",
@@ -261,7 +238,7 @@ TEST_CASE("frames come out of the ring while the image generator flies, and its 
 TEST_CASE("depth in the ring is metres along the viewing axis, infinite where the picture has no terrain")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     const std::string name = "eyepoint-depth-" + std::to_string(getpid());
     Generator ig(dir, {"--terrain", terrain, "--sink", "shm:" + name, "--set", "output.depth=true", "--set",
                        "view.width=160", "--set", "view.height=90", "--set", "view.rate_hz=20"});
@@ -304,7 +281,7 @@ TEST_CASE("depth in the ring is metres along the viewing axis, infinite where th
 TEST_CASE("as a service it says when it is ready, reloads, answers for itself and stops in order")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     const std::string config = dir.file("ig.toml");
     const auto configure = [&](int budget, int width, const std::string& level) {
         std::ofstream(config) << "[terrain]\nfile = \"" << terrain << "\"\ntriangle_budget = " << budget
@@ -382,7 +359,7 @@ TEST_CASE("as a service it says when it is ready, reloads, answers for itself an
 TEST_CASE("a reader of standard output that goes away ends its sink in one line, not the flight")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     const std::string fifo = dir.file("fifo");
     REQUIRE(mkfifo(fifo.c_str(), 0600) == 0);
     const int reader = ::open(fifo.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
@@ -483,7 +460,7 @@ TEST_CASE("a corrupt ring is refused by its reader in one line")
 TEST_CASE("the image generator draws without a host, and stops by itself after --frames")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     Generator ig(dir, {"--terrain", terrain, "--frames", "5", "--sink", "png:" + dir.file("frames"), "--sink",
                        "null", "--set", "view.width=160", "--set", "view.height=90"});
     CHECK(ig.process.wait(60) == 0);
@@ -497,7 +474,7 @@ TEST_CASE("the image generator draws without a host, and stops by itself after -
 TEST_CASE("every mistake ends with its exit code and one line that says what and where")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     const auto expect = [&](std::vector<std::string> arguments, int code, const std::string& text) {
         arguments.insert(arguments.begin(), "eyepoint-ig");
         Process ig(arguments, dir.file("out"), dir.file("err"));
@@ -545,7 +522,7 @@ TEST_CASE("every mistake ends with its exit code and one line that says what and
 TEST_CASE("without a driver the image generator says what is missing and ends with 3")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     // Point EGL's vendor library at a directory without vendors.
     setenv("__EGL_VENDOR_LIBRARY_DIRS", dir.path().c_str(), 1);
     Process ig({"eyepoint-ig", "--terrain", terrain, "--listen", "127.0.0.1:0"}, dir.file("out"),
@@ -561,7 +538,7 @@ TEST_CASE("without a driver the image generator says what is missing and ends wi
 TEST_CASE("the benchmark of whole frames draws the same pixels as its static yardstick, within the budget")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     Process bench({"eyepoint-bench", "--terrain", terrain, "--small", terrain, "--frames", "15", "--seconds",
                    "0.3", "--width", "320", "--height", "180", "--budget", "8000"},
                   dir.file("out"), dir.file("err"));
@@ -972,7 +949,7 @@ int main(int argc, char** argv)
 TEST_CASE("hosts of CIGI 4 and of FlightGear's native FDM fly it as well")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     for (const std::string protocol : {"cigi4", "fgnet"}) {
         const std::string figures = dir.file(protocol + ".json");
         Generator ig(dir, {"--terrain", terrain, "--stats", figures, "--set", "view.width=64", "--set",

@@ -6,10 +6,12 @@
 #include "ig/app/host_link.h"
 #include "ig/app/loss_fade.h"
 #include "ig/app/steady_clock.h"
+#include "temp_dir.h"
 
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
 
+#include <filesystem>
 #include <thread>
 
 using namespace ig;
@@ -476,4 +478,62 @@ TEST_CASE("with time stamps the network's jitter is not seen, and nothing is del
     const Course arrivals = fly(false, true, 0.25);
     CHECK(arrivals.worstM < 150 * 0.017);
     CHECK(arrivals.jitterM > 0.5);
+
+TEST_CASE("a link without a socket takes what it is fed, and knows of silences from the times alone")
+{
+    test::Lines log;
+    auto link = *app::HostLink::withoutSocket(settings(), log);
+    scene::World world(kWgs84, {});
+    const hostif::Address sender{.port = 4000};
+    const auto feed = [&](uint32_t frame, double latitudeDeg, double timeS) {
+        Bytes bytes;
+        hostif::IgControl control;
+        control.mode = hostif::IgMode::operate;
+        control.hostFrameNumber = frame;
+        append(Protocol::cigi3, bytes, ByteOrder::little, control);
+        append(Protocol::cigi3, bytes, ByteOrder::little, hostif::HostMessage(ownship(latitudeDeg)));
+        const bool accepted = link.feed(bytes, sender, timeS);
+        link.receive(world, timeS);
+        link.answerQueries(world, timeS);
+        link.answer(timeS);
+        return accepted;
+    };
+    CHECK(link.replays());
+    CHECK(feed(10, 50.0, 1.0));
+    CHECK(feed(11, 51.0, 1.02));
+    CHECK_FALSE(feed(11, 52.0, 1.03)); // had this one
+    CHECK(feed(5, 53.0, 9.0));         // after a silence: a host that has begun anew
+    const auto pose = world.entityPose(0, 9.0);
+    REQUIRE(pose);
+    CHECK(toGeodetic(pose->position, kWgs84).latitudeRad == Approx(53.0 * kRadPerDeg));
+    CHECK(link.sessionStats().hostLosses == 1);
+    CHECK(link.sessionStats().duplicate == 1);
+    CHECK(link.newestArrivalS() == 9.0);
+}
+
+TEST_CASE(
+    "a recording has what was accepted and what was refused, and a file that cannot be made ends the start")
+{
+    const test::TempDir dir;
+    config::Settings s = settings();
+    s.host.record = dir.file("r.pcap");
+    {
+        Pair pair(s);
+        pair.send(Protocol::cigi3, {ownship()});
+        pair.send(Bytes{std::byte{0xFF}, std::byte{0xFE}}); // no protocol
+        for (const double endS = now() + 5; pair.link.sessionStats().datagrams < 2 && now() < endS;) {
+            pair.link.receive(pair.world, now());
+        }
+        pair.link.finishRecording();
+        REQUIRE(pair.link.recorded());
+        CHECK(pair.link.recorded()->written == 2);
+        CHECK(pair.link.recorded()->dropped == 0);
+    }
+    CHECK(std::filesystem::file_size(s.host.record) > 24 + 2 * (16 + 28));
+    s.host.record = "/nowhere/at/all.pcap";
+    test::Lines log;
+    const auto refused = app::HostLink::open(s, log);
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().kind == ErrorKind::usage);
+    CHECK(refused.error().message.starts_with("host.record: "));
 }

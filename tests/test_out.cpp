@@ -204,6 +204,34 @@ TEST_CASE("frames beyond the queue are dropped and counted, none is lost uncount
           static_cast<long>(stats->written));
 }
 
+TEST_CASE("a sink that may wait stores every frame, however fast they come")
+{
+    const Folder folder;
+    SinkFormat format{320, 240, 60};
+    format.waits = true;
+    const auto rgba = noise(320, 240, 3);
+    const auto sink = sinkFor("png:" + folder.file("frames"), format);
+    for (uint64_t i = 0; i < 30; ++i)
+        REQUIRE(sink->write({320, 240, rgba, i}));
+    const auto stats = sink->close();
+    REQUIRE(stats);
+    CHECK(stats->dropped == 0);
+    CHECK(stats->written == 30);
+}
+
+TEST_CASE("a sink that waits for room hears of a failure instead")
+{
+    SinkFormat format{320, 240, 60};
+    format.waits = true;
+    const auto rgba = noise(320, 240, 3);
+    const auto sink = sinkFor("raw:/dev/full", format);
+    bool refused = false;
+    for (uint64_t i = 0; i < 30 && !refused; ++i)
+        refused = !sink->write({320, 240, rgba, i});
+    CHECK(refused);
+    CHECK_FALSE(sink->close());
+}
+
 TEST_CASE("a frame of another size is refused")
 {
     const Folder folder;
