@@ -701,7 +701,7 @@ TEST_CASE("the statistics have every documented key, and count what was added")
     for (const char* key :
          {"frames", "missed", "frame_ms", "select_ms", "draw_ms", "read_back_ms", "transport_delay_ms",
           "triangles", "tau_px", "error_px", "vertices_evaluated_per_frame", "lists_made_per_frame",
-          "page_ins", "bytes_uploaded", "resident_bytes", "packets", "reversals_per_minute"}) {
+          "page_ins", "bytes_read", "bytes_uploaded", "resident_bytes", "packets", "reversals_per_minute"}) {
         INFO(key);
         CHECK(json.contains(key));
     }
