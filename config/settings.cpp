@@ -225,11 +225,13 @@ const std::vector<Key>& allKeys()
             "terrain.tolerance_px", 0, 1000, "pixels",
             [](auto& s) -> auto& { return s.terrain.tolerancePx; })));
         k.push_back(integer(
-            "terrain.page_slots", 16, 16'384, "pages on the GPU",
-            [](auto& s) -> auto& { return s.terrain.pageSlots; }));
+            "terrain.page_cache_mib", 4, 65'536, "MiB",
+            [](auto& s) -> auto& { return s.terrain.pageCacheMib; }));
         k.push_back(live(integer(
             "terrain.page_loads_per_frame", 1, 1'024, "pages",
             [](auto& s) -> auto& { return s.terrain.pageLoadsPerFrame; })));
+        k.push_back(flag(
+            "terrain.wait_for_pages", [](auto& s) -> auto& { return s.terrain.waitForPages; }));
         k.push_back(flag(
             "terrain.morph", [](auto& s) -> auto& { return s.terrain.morph; }));
         k.push_back(integer(

@@ -44,7 +44,8 @@ TEST_CASE("the shipped file lists every key, with the built-in default as its va
     const config::Settings builtIn;
     CHECK(shipped->terrain.triangleBudget == builtIn.terrain.triangleBudget);
     CHECK(shipped->terrain.tolerancePx == builtIn.terrain.tolerancePx);
-    CHECK(shipped->terrain.pageSlots == builtIn.terrain.pageSlots);
+    CHECK(shipped->terrain.pageCacheMib == builtIn.terrain.pageCacheMib);
+    CHECK(shipped->terrain.waitForPages == builtIn.terrain.waitForPages);
     CHECK(shipped->terrain.pageLoadsPerFrame == builtIn.terrain.pageLoadsPerFrame);
     CHECK(shipped->terrain.morph == builtIn.terrain.morph);
     CHECK(shipped->terrain.file == builtIn.terrain.file);

@@ -35,7 +35,7 @@ step "asan: test"
 # Without the benchmarks and the whole programs, which would take minutes.
 ctest --preset asan -LE slow
 
-tsan_tests='test_height_query test_out test_receipts test_replay test_service test_shm_ring test_terrain_compiler'
+tsan_tests='test_height_query test_out test_paging test_receipts test_replay test_service test_shm_ring test_terrain_compiler'
 # shellcheck disable=SC2086 # a list of targets
 build tsan --target $tsan_tests
 step "tsan: test"

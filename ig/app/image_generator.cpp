@@ -22,7 +22,13 @@ scene::ViewDefaults viewDefaults(const config::Settings& settings)
             halfHeight, settings.view.nearM, settings.shading.visibilityM};
 }
 
-TerrainSettings terrainSettings(const config::Settings& settings)
+uint32_t pageSlots(const config::Settings& settings, size_t datasetPages)
+{
+    const gl::Morph morph = rendererMorph(*lod::methodOf(settings.terrain.method), settings.terrain.morph);
+    return pageSlotsFor(static_cast<uint64_t>(settings.terrain.pageCacheMib) << 20, morph, datasetPages);
+}
+
+TerrainSettings terrainSettings(const config::Settings& settings, size_t datasetPages)
 {
     TerrainSettings out;
     out.selection.method = *lod::methodOf(settings.terrain.method);
@@ -34,18 +40,20 @@ TerrainSettings terrainSettings(const config::Settings& settings)
     out.shading.sunAzimuthRad = settings.shading.sunAzimuthDeg * kRadPerDeg;
     out.shading.sunElevationRad = settings.shading.sunElevationDeg * kRadPerDeg;
     out.shading.ambient = settings.shading.ambient;
-    out.pageSlots = static_cast<uint32_t>(settings.terrain.pageSlots);
+    out.pageSlots = pageSlots(settings, datasetPages);
+    // A frame per message, however long it takes: complete, and the same in every run.
+    out.waitForPages = settings.terrain.waitForPages || settings.host.timing == "lockstep";
     out.pageLoadsPerFrame = static_cast<uint32_t>(settings.terrain.pageLoadsPerFrame);
     return out;
 }
 
-gl::RendererSettings rendererSettings(const config::Settings& settings, const data::DatasetInfo& dataset)
+gl::RendererSettings rendererSettings(const config::Settings& settings, const data::Dataset& dataset)
 {
     gl::RendererSettings out;
     out.widthPx = static_cast<int>(settings.view.width);
     out.heightPx = static_cast<int>(settings.view.height);
-    out.pageSlots = static_cast<uint32_t>(settings.terrain.pageSlots);
-    out.holes = dataset.hasHoles;
+    out.pageSlots = pageSlots(settings, dataset.pages().size());
+    out.holes = dataset.info().hasHoles;
     out.visibilityM = settings.shading.visibilityM;
     out.morph = rendererMorph(*lod::methodOf(settings.terrain.method), settings.terrain.morph);
     return out;
@@ -102,8 +110,7 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::createForReplay(const co
     }
     config::Settings steady = settings;
     steady.terrain.frameTimeMs = 0;
-    // As many as there can be: the picture is complete, whatever was loaded before it.
-    steady.terrain.pageLoadsPerFrame = 2 * steady.terrain.pageSlots;
+    steady.terrain.waitForPages = true; // the picture is complete, whatever was loaded before it
     return create(steady, log, std::move(*host));
 }
 
@@ -125,7 +132,7 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
                     "output.depth: " + context->info().renderer +
                         " cannot read depth back (no GL_NV_read_depth); set it to false");
     }
-    auto renderer = gl::Renderer::create(*context, rendererSettings(settings, dataset->info()));
+    auto renderer = gl::Renderer::create(*context, rendererSettings(settings, *dataset));
     if (!renderer) {
         return Unexpected{renderer.error()};
     }
@@ -145,9 +152,10 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
         }
         sinks.push_back({"receipts:" + settings.output.receipts, std::move(*sink), {}});
     }
-    std::unique_ptr<ImageGenerator> generator(new ImageGenerator(settings, log, std::move(host),
-                                                                 std::move(*context), std::move(*renderer),
-                                                                 std::move(*dataset), std::move(sinks)));
+    const TerrainSettings terrain = terrainSettings(settings, dataset->pages().size());
+    std::unique_ptr<ImageGenerator> generator(
+        new ImageGenerator(settings, log, std::move(host), std::move(*context), std::move(*renderer),
+                           std::move(*dataset), terrain, std::move(sinks)));
     if (auto loaded = generator->_terrainView.preload(generator->_view); !loaded) {
         return Unexpected{loaded.error()};
     }
@@ -164,11 +172,12 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
 
 ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, HostLink host,
                                gl::Context context, std::unique_ptr<gl::Renderer> renderer,
-                               data::Dataset dataset, std::vector<NamedSink> sinks)
+                               data::Dataset dataset, const TerrainSettings& terrain,
+                               std::vector<NamedSink> sinks)
     : _settings(settings), _log(log), _host(std::move(host)), _lossFade(settings.host.fadeS),
       _context(std::move(context)), _renderer(std::move(renderer)),
-      _terrain(std::move(dataset), terrainSettings(settings), *_renderer, log),
-      _terrainView(_terrain, terrainSettings(settings).selection, *_renderer),
+      _terrain(std::move(dataset), terrain, *_renderer, log),
+      _terrainView(_terrain, terrain.selection, *_renderer),
       _world(_terrain.info().shape.ellipsoid, viewDefaults(settings)),
       _view(idleView(_terrain.info(), settings)), _sinks(std::move(sinks)),
       _picture(static_cast<size_t>(settings.view.width * settings.view.height) * 4),
@@ -324,7 +333,7 @@ void ImageGenerator::handOut(out::Receipt& receipt, const out::FrameMemory& memo
 void ImageGenerator::apply(const config::Settings& settings)
 {
     config::applyLive(settings, _settings);
-    const TerrainSettings terrain = terrainSettings(_settings);
+    const TerrainSettings terrain = terrainSettings(_settings, _terrain.dataset().pages().size());
     _terrainView.reconfigure(terrain.selection);
     _terrain.setPageLoadsPerFrame(terrain.pageLoadsPerFrame);
     if (_timeControl) {
@@ -385,6 +394,8 @@ RunSummary ImageGenerator::summary(uint64_t missedFrames, double durationS) cons
     run.triangleBudget = static_cast<uint32_t>(_settings.terrain.triangleBudget);
     run.residentPages = _terrain.residentPages();
     run.damagedPages = _terrain.damagedPages();
+    run.pageSlots = _terrain.pageSlots();
+    run.bytesRead = _terrain.dataset().bytesRead();
     run.gpuBytes = _renderer->gpuBytes();
     run.dataset = _terrain.info();
     run.graphics = _context.info();

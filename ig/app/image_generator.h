@@ -78,7 +78,7 @@ private:
 
     ImageGenerator(const config::Settings& settings, LogSink& log, HostLink host, gl::Context context,
                    std::unique_ptr<gl::Renderer> renderer, data::Dataset dataset,
-                   std::vector<NamedSink> sinks);
+                   const TerrainSettings& terrain, std::vector<NamedSink> sinks);
     static Result<std::unique_ptr<ImageGenerator>> create(const config::Settings& settings, LogSink& log,
                                                           HostLink host);
     void warmUp(); // a picture for nobody: drivers compile at the first draw

@@ -287,6 +287,6 @@ int main(int argc, char** argv)
         return run(*settings, arguments);
     } catch (const std::bad_alloc&) {
         return fail(
-            {ig::ErrorKind::failed, "out of memory; lower terrain.page_slots or view.width and view.height"});
+            {ig::ErrorKind::failed, "out of memory; lower terrain.page_cache_mib or view.width and view.height"});
     }
 }

@@ -35,6 +35,8 @@ struct RunSummary {
     uint64_t missedFrames = 0;
     uint32_t triangleBudget = 0; // the largest
     uint32_t residentPages = 0;
+    uint32_t pageSlots = 0;
+    uint64_t bytesRead = 0; // of the dataset's pages, for drawing and for queries
     uint32_t damagedPages = 0;
     uint64_t gpuBytes = 0;
     data::DatasetInfo dataset;

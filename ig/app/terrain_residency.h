@@ -1,19 +1,29 @@
 // SPDX-License-Identifier: MIT
 // The terrain that all views share: which pages are resident, how they are loaded and handed to the renderer.
-// A view (terrain_view.h) says what it uses and what it lacks; every view's selector hears of every page that
-// comes or goes. Pages that any view's last selection used stay, whatever the others ask for.
+// A view (terrain_view.h) says what it uses, what it lacks and what it may need soon; every view's selector
+// hears of every page that comes or goes. Pages that any view's last selection used stay, whatever the others
+// ask for.
+//
+// Threads of its own read, decode and mesh pages (ig/data/page_loader.h); a frame takes over what they have
+// finished, a bounded number, and never waits for the disk. Or, setWaitForPages(), it always does: then the
+// resident pages, and with them the pictures, follow from the views alone, the same in every run.
+//
+// Where all pages fit into the slots, all of them are loaded in the background, and then the threads end.
 #pragma once
 
 #include "ig/app/frame_stats.h"
 #include "ig/base/log.h"
 #include "ig/base/result.h"
 #include "ig/data/dataset.h"
+#include "ig/data/page_loader.h"
 #include "ig/data/page_mesh.h"
 #include "ig/data/page_slots.h"
 #include "ig/gl/renderer.h"
 #include "ig/lod/make_selector.h"
+#include "ig/lod/prefetch.h"
 
 #include <array>
+#include <chrono>
 #include <span>
 #include <vector>
 
@@ -22,51 +32,87 @@ namespace ig::app {
 struct TerrainSettings {
     lod::SelectionSettings selection; // of a view; method and morph are the same for all
     data::ShadingSettings shading;
-    uint32_t pageSlots = 512;
-    uint32_t pageLoadsPerFrame = 4;
+    uint32_t pageSlots = 512; // see pageSlotsFor
+    uint32_t pageLoadsPerFrame = 8;
+    bool waitForPages = false;
+    bool prefetch = true; // off: pages come when a picture lacks them
 };
 
 // What the renderer needs for a method; morph: whether tiles do.
 gl::Morph rendererMorph(lod::Method method, bool morph) noexcept;
 
+// Memory of one resident page: with the renderer, in heights, and in the selector of one view.
+uint64_t residentPageBytes(gl::Morph morph) noexcept;
+// How many slots a limit of memory gives: no more than the dataset has pages, at least 16 (or all).
+uint32_t pageSlotsFor(uint64_t limitBytes, gl::Morph morph, size_t datasetPages) noexcept;
+
 class TerrainResidency {
 public:
-    static constexpr uint32_t kMaxViews = data::PageSlots::kMaxUsers;
+    static constexpr uint32_t kMaxViews = 32;
 
     // renderer must outlive it, have settings.pageSlots slots and morph as rendererMorph() says. log gets
-    // damaged pages, once each.
+    // damaged pages, once each. source: what pages are read through, when it is not the dataset; must outlive
+    // it, too.
     TerrainResidency(data::Dataset dataset, const TerrainSettings& settings, gl::Renderer& renderer,
-                     LogSink& log);
+                     LogSink& log, const data::PageSource* source = nullptr);
 
     // A view's selector gets the pages that are resident now, parents first, and every change from now on,
     // until it leaves. Allocates. Returns the view's number; there is room for kMaxViews (asserted).
     uint32_t attach(lod::Selector& selector);
     void detach(uint32_t view);
 
-    // Says what the view's newest selection uses: it stays resident until the view's next call. Children come
-    // before their parents.
+    // Says what the view may need soon (first) and what its newest selection uses: it stays resident until
+    // the view's next call. Children come before their parents.
+    void keep(uint32_t view, std::span<const uint32_t> pages);
     void use(uint32_t view, std::span<const uint32_t> pages);
-    // Loads what the view wants, most urgent first, until its frame has loaded pageLoadsPerFrame pages. Adds
-    // to pageIns, bytesUploaded and loadNs. Returns how many came: more than 0, select again.
-    uint32_t load(uint32_t view, std::span<const uint32_t> wantedPages, FrameStats& stats);
-    // Loads one page that the view will need soon, if there is room; otherwise as load().
-    void loadAhead(uint32_t view, const lod::DrawList& list, FrameStats& stats);
-    // Loads what the view wants however long it takes, for before the first frame. Returns how many came.
-    uint32_t loadNow(uint32_t view, std::span<const uint32_t> wantedPages);
 
-    // From the next load() on.
+    // Takes over finished pages, until the frame has pageLoadsPerFrame of them. Adds to pageIns,
+    // bytesUploaded and loadNs.
+    void takeOver(FrameStats& stats);
+    // Says what the view lacks and what it may need soon, most urgent first, in place of what it said before.
+    // The threads read the former first.
+    void request(uint32_t view, std::span<const uint32_t> wanted, std::span<const uint32_t> ahead);
+    // Waits for what the view lacks and takes it over, as takeOver() otherwise. Returns how many came: more
+    // than 0, select again.
+    uint32_t loadNow(uint32_t view, std::span<const uint32_t> wanted, FrameStats& stats,
+                     data::PageLoader::Clock::time_point deadline = kForever);
+
+    // Whether pictures wait for every page that they lack; from the next frame on. Nothing is loaded ahead
+    // then. For replay, lockstep and tests.
+    void setWaitForPages(bool wait) noexcept { _settings.waitForPages = wait; }
+    bool waitsForPages() const noexcept { return _settings.waitForPages; }
+    // Whether it pays to say what a view may need soon.
+    bool loadsAhead() const noexcept;
+    // From the next frame on.
     void setPageLoadsPerFrame(uint32_t pages) noexcept { _settings.pageLoadsPerFrame = pages; }
 
     const data::Dataset& dataset() const noexcept { return _dataset; }
     const data::DatasetInfo& info() const noexcept { return _dataset.info(); }
+    const TerrainSettings& settings() const noexcept { return _settings; }
     uint32_t pageSlots() const noexcept { return _settings.pageSlots; }
     std::span<const int32_t> slotOfPage() const noexcept { return _slots.slotOfPage(); }
+    std::span<const lod::PageReach> reachOfSlot() const noexcept { return _reaches; }
     uint32_t residentPages() const noexcept { return _slots.residentPages(); }
     uint32_t damagedPages() const noexcept { return _damagedCount; }
+    bool isLoading() const noexcept { return _loader.isRunning(); }
+
+    static constexpr auto kForever = data::PageLoader::Clock::time_point::max();
 
 private:
-    uint64_t loadPage(uint32_t view, uint32_t page);
-    bool mayLoad(uint32_t page) const noexcept;
+    static constexpr uint32_t kLoadingUser = kMaxViews; // of the slots: what loading pages are decoded on
+    // What a view asks for.
+    struct Wishes {
+        std::vector<uint32_t> wanted, ahead;
+    };
+
+    bool allLoaded() const noexcept;
+    void sendRequests();
+    void addRequests(std::vector<uint32_t> Wishes::*list, size_t most);
+    void addRequest(uint32_t page);
+    void addRemaining();
+    void pinParents(std::span<const uint32_t> alsoRead);
+    void place(data::LoadedPage& loaded, FrameStats& stats);
+    bool isWanted(uint32_t page) const noexcept;
     void addTo(lod::Selector& selector, uint32_t page, uint32_t slot) const;
 
     data::Dataset _dataset;
@@ -74,12 +120,16 @@ private:
     gl::Renderer& _renderer;
     LogSink& _log;
     std::array<lod::Selector*, kMaxViews> _selectors{}; // by view; none: a free number
+    std::array<Wishes, kMaxViews> _wishes;              // by view
     data::PageSlots _slots;
+    std::vector<lod::PageReach> _reaches;    // by slot
     std::vector<data::PageHeights> _heights; // by slot, of the resident pages: their children need them
-    data::PageHeights _loaded;               // scratch of loadPage
-    data::PageMesh _mesh;                    // scratch of loadPage
-    std::vector<bool> _damaged;              // by page: reported, not asked for again
+    std::vector<bool> _lost;                 // by page: damaged, or below such a page: not asked for again
     uint32_t _damagedCount = 0;
+    uint32_t _remaining = 0; // where all fit: pages before it are resident or lost
+    std::vector<data::PageRequest> _requests;
+    std::vector<uint32_t> _pinned;
+    data::PageLoader _loader; // last: it reads _heights
 };
 
 } // namespace ig::app

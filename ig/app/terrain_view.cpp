@@ -20,6 +20,7 @@ std::unique_ptr<lod::Selector> selectorFor(const TerrainResidency& terrain,
 TerrainView::TerrainView(TerrainResidency& terrain, const lod::SelectionSettings& selection,
                          gl::Renderer& renderer)
     : _terrain(terrain), _renderer(renderer), _selector(selectorFor(terrain, selection)),
+      _prefetch(terrain.info().shape, terrain.dataset().pages(), terrain.pageSlots(), selection.method),
       _number(terrain.attach(*_selector))
 {
 }
@@ -39,21 +40,19 @@ void TerrainView::reconfigure(const lod::SelectionSettings& selection)
 
 Result<void> TerrainView::preload(const ViewState& view)
 {
-    select(view);
-    // With too few slots pages push each other out without end.
-    const uint32_t most = 2 * _terrain.pageSlots();
-    for (uint32_t loaded = 0; loaded < most;) {
-        const uint32_t came = _terrain.loadNow(_number, _list.wantedPages);
-        if (came == 0) {
-            break;
-        }
-        loaded += came;
-        select(view);
+    FrameStats unused;
+    constexpr uint32_t kRoot = 0;
+    if (_terrain.slotOfPage()[kRoot] < 0) {
+        _terrain.loadNow(_number, {&kRoot, 1}, unused);
     }
-    if (_terrain.slotOfPage()[0] < 0) {
+    if (_terrain.slotOfPage()[kRoot] < 0) {
         return fail(ErrorKind::dataset,
                     "the terrain's root page is damaged, nothing can be drawn; compile the dataset again");
     }
+    select(view);
+    complete(view, unused,
+             _terrain.waitsForPages() ? TerrainResidency::kForever
+                                      : data::PageLoader::Clock::now() + kPreload);
     return {};
 }
 
@@ -61,6 +60,18 @@ void TerrainView::select(const ViewState& view)
 {
     _selector->select(view, _list);
     _terrain.use(_number, _list.usedPages);
+}
+
+// Loads and selects until nothing is lacking that can be had.
+void TerrainView::complete(const ViewState& view, FrameStats& stats,
+                           data::PageLoader::Clock::time_point deadline)
+{
+    // With too few slots pages push each other out without end.
+    const uint32_t most = stats.pageIns + 2 * _terrain.pageSlots();
+    while (!_list.wantedPages.empty() && stats.pageIns < most &&
+           _terrain.loadNow(_number, _list.wantedPages, stats, deadline) > 0) {
+        select(view);
+    }
 }
 
 void TerrainView::setTriangleBudget(uint32_t triangles) noexcept
@@ -71,18 +82,24 @@ void TerrainView::setTriangleBudget(uint32_t triangles) noexcept
 void TerrainView::draw(const ViewState& view, FrameStats& stats)
 {
     const int64_t start = steadyNs();
-    select(view);
-    // A missing page keeps its neighbours coarse too, down to a tenth of the triangles: where the frame may
-    // load it, that is better done before the picture than after it.
-    while (!_list.wantedPages.empty() && _terrain.load(_number, _list.wantedPages, stats) > 0) {
+    const int64_t loadedBeforeNs = stats.loadNs;
+    if (_terrain.waitsForPages()) {
         select(view);
-    }
-    if (stats.pageIns == 0) {
-        _terrain.loadAhead(_number, _list, stats);
+        complete(view, stats, TerrainResidency::kForever);
+    } else {
+        _terrain.takeOver(stats);
+        _selector->select(view, _list);
+        const bool ahead = _terrain.loadsAhead();
+        if (ahead && _prefetch.plan(view, _list.stats.tauPx, _terrain.slotOfPage(), _terrain.reachOfSlot())) {
+            _terrain.keep(_number, _prefetch.kept());
+        }
+        _terrain.use(_number, _list.usedPages);
+        _terrain.request(_number, _list.wantedPages,
+                         ahead ? _prefetch.missing() : std::span<const uint32_t>());
     }
     const int64_t selected = steadyNs();
     _renderer.draw(view, _list, _terrain.slotOfPage());
-    stats.selectNs = selected - start - stats.loadNs;
+    stats.selectNs = selected - start - (stats.loadNs - loadedBeforeNs);
     stats.drawNs = steadyNs() - selected;
     stats.triangleBudget = _selector->triangleBudget();
     stats.lod = _list.stats;

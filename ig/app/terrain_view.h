@@ -4,6 +4,7 @@
 #pragma once
 
 #include "ig/app/terrain_residency.h"
+#include "ig/lod/prefetch.h"
 
 #include <memory>
 
@@ -17,14 +18,15 @@ public:
     TerrainView(const TerrainView&) = delete;
     TerrainView& operator=(const TerrainView&) = delete;
 
-    // Loads what the view needs, however long it takes, before the first frame. Error (dataset): the root
-    // page is damaged, nothing can be drawn.
+    // Loads what the view needs before the first frame; on a slow disk no longer than kPreload, unless the
+    // terrain waits for pages. Error (dataset): the root page is damaged, nothing can be drawn.
     Result<void> preload(const ViewState& view);
 
     // Of the next draw() on; at most triangleBudget of the settings.
     void setTriangleBudget(uint32_t triangles) noexcept;
-    // Chooses the triangles, loads pages that are missing, as many as the terrain allows in a frame, and
-    // issues the draw calls. Fills selectNs, loadNs, pageIns, bytesUploaded, drawNs, triangleBudget and lod.
+    // Takes over what has been loaded, as much as the terrain allows in a frame, chooses the triangles, asks
+    // for pages that are missing or may be soon, and issues the draw calls. Fills selectNs, loadNs, pageIns,
+    // bytesUploaded, drawNs, triangleBudget and lod.
     void draw(const ViewState& view, FrameStats& stats);
 
     // Another budget and tolerance, and the same method, from the next draw() on; between frames, allocates.
@@ -32,12 +34,16 @@ public:
 
     const lod::DrawList& drawList() const noexcept { return _list; }
 
+    static constexpr std::chrono::milliseconds kPreload{2000};
+
 private:
     void select(const ViewState& view);
+    void complete(const ViewState& view, FrameStats& stats, data::PageLoader::Clock::time_point deadline);
 
     TerrainResidency& _terrain;
     gl::Renderer& _renderer;
     std::unique_ptr<lod::Selector> _selector;
+    lod::Prefetch _prefetch;
     uint32_t _number; // of the view within _terrain
     lod::DrawList _list;
 };

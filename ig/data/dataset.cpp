@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cerrno>
 #include <cmath>
@@ -104,6 +105,7 @@ struct Dataset::Impl {
     std::vector<lod::PageNode> pages;
     std::vector<Payload> payloads;
     std::vector<int32_t> parents;
+    mutable std::atomic<uint64_t> bytesRead{0};
 };
 
 Result<void> Dataset::Impl::readIndex(const EptHeader& header)
@@ -196,9 +198,9 @@ int32_t Dataset::parentOf(uint32_t page) const noexcept
     return _impl->parents[page];
 }
 
-uint32_t Dataset::payloadBytes(uint32_t page) const noexcept
+uint64_t Dataset::bytesRead() const noexcept
 {
-    return static_cast<uint32_t>(_impl->payloads[page].bytes);
+    return _impl->bytesRead.load(std::memory_order_relaxed);
 }
 
 namespace {
@@ -293,6 +295,7 @@ Result<std::span<const uint8_t>> Dataset::Impl::readPayload(uint32_t page) const
     thread_local std::vector<uint8_t> buffer(kMaxPayloadBytes);
     const auto payload = std::span(buffer).first(place.bytes);
     const ssize_t got = file.read(place.offset, payload);
+    bytesRead.fetch_add(static_cast<uint64_t>(std::max<ssize_t>(got, 0)), std::memory_order_relaxed);
     if (got < 0)
         return bad(page, std::string("cannot read: ") + std::strerror(errno));
     if (got != static_cast<ssize_t>(payload.size()))

@@ -74,8 +74,8 @@ public:
     // Page that has this one for a child; kNoPage for the root.
     int32_t parentOf(uint32_t page) const noexcept;
 
-    // Size of what readPage reads of the file.
-    uint32_t payloadBytes(uint32_t page) const noexcept;
+    // Of pages' payloads, read from the file since it was opened.
+    uint64_t bytesRead() const noexcept;
     Result<void> readPage(uint32_t page, const PageHeights* parent, PageHeights& out) const override;
 
     // Whether readPage would succeed, whatever state the page's ancestors are in. The same errors.

@@ -114,15 +114,20 @@ LoadedPage* PageLoader::take()
     return nullptr;
 }
 
-LoadedPage* PageLoader::waitAndTake()
+LoadedPage* PageLoader::waitAndTake(Clock::time_point deadline)
 {
     std::unique_lock lock(_mutex);
     const auto next = std::find_if(_wishes.begin(), _wishes.end(), [](const Wish& w) { return !w.taken; });
     if (next == _wishes.end()) {
         return nullptr;
     }
-    // It is begun before all others as soon as there is a buffer: the caller holds none of them for long.
-    _finished.wait(lock, [&] { return next->job != nullptr && next->job->state == State::finished; });
+    // It is begun before all others: the caller holds no buffer for long, and less urgent ones make room.
+    const auto isThere = [&next] { return next->job != nullptr && next->job->state == State::finished; };
+    if (deadline == Clock::time_point::max()) {
+        _finished.wait(lock, isThere);
+    } else if (!_finished.wait_until(lock, deadline, isThere)) {
+        return nullptr;
+    }
     next->taken = true;
     next->job->state = State::taken;
     return &next->job->loaded;
@@ -180,8 +185,8 @@ void PageLoader::run()
         lock.unlock();
         load(*job);
         lock.lock();
-        const bool isWished = std::any_of(_wishes.begin(), _wishes.end(),
-                                          [job](const Wish& wish) { return wish.job == job; });
+        const bool isWished =
+            std::any_of(_wishes.begin(), _wishes.end(), [job](const Wish& wish) { return wish.job == job; });
         job->state = isWished ? State::finished : State::free;
         if (isWished) {
             _finished.notify_one();

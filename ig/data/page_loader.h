@@ -11,6 +11,7 @@
 #include "ig/data/dataset.h"
 #include "ig/data/page_mesh.h"
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
@@ -43,6 +44,7 @@ struct LoadedPage {
 
 class PageLoader {
 public:
+    using Clock = std::chrono::steady_clock;
     static constexpr size_t kMaxRequests = 128;
 
     // source, with the pages of this dataset, must outlive the loader. The threads start with the first
@@ -61,8 +63,8 @@ public:
     // The most urgent requested page that is finished, nullptr when there is none. It is the caller's until
     // giveBack().
     LoadedPage* take();
-    // The most urgent requested page, however long it takes; nullptr when all have been taken.
-    LoadedPage* waitAndTake();
+    // The most urgent requested page, waited for; nullptr when all have been taken, or at the deadline.
+    LoadedPage* waitAndTake(Clock::time_point deadline = Clock::time_point::max());
     void giveBack(LoadedPage* page);
 
     // Ends the threads, after the pages that are being read; what is finished is dropped.
@@ -92,7 +94,7 @@ private:
     std::span<const lod::PageNode> _pages;
     PageLoaderSettings _settings;
 
-    std::mutex _mutex; // of all below but _threads
+    std::mutex _mutex;                 // of all below but _threads
     std::condition_variable _work;     // for the threads
     std::condition_variable _finished; // for waitAndTake()
     std::vector<Job> _jobs;

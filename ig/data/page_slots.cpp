@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "ig/data/page_slots.h"
 
+#include <algorithm>
 #include <cassert>
 
 namespace ig::data {
@@ -62,13 +63,21 @@ void PageSlots::touch(uint32_t page, uint32_t user)
     }
 }
 
+bool PageSlots::isTaken(const Slot& slot, Claim claim) noexcept
+{
+    return slot.users != 0 || (claim == Claim::ahead && slot.keepers != 0);
+}
+
+uint32_t PageSlots::pagesInUse(Claim claim) const noexcept
+{
+    return static_cast<uint32_t>(std::count_if(_slots.begin(), _slots.end(),
+                                               [claim](const Slot& slot) { return isTaken(slot, claim); }));
+}
+
 int32_t PageSlots::oldestFor(Claim claim) const noexcept
 {
-    const auto isTaken = [&](const Slot& slot) {
-        return slot.users != 0 || (claim == Claim::ahead && slot.keepers != 0);
-    };
     int32_t slot = _oldest;
-    while (slot != kNone && isTaken(_slots[static_cast<size_t>(slot)])) {
+    while (slot != kNone && isTaken(_slots[static_cast<size_t>(slot)], claim)) {
         slot = _slots[static_cast<size_t>(slot)].newer;
     }
     return slot;
@@ -97,8 +106,8 @@ std::optional<PageSlots::Placement> PageSlots::place(uint32_t page, uint32_t use
     }
     Slot& placed = _slots[static_cast<size_t>(slot)];
     placed.page = static_cast<int32_t>(page);
-    placed.users = claim == Claim::wanted ? bitOf(user) : 0;
-    placed.keepers = claim == Claim::ahead ? bitOf(user) : 0;
+    placed.users = !_allFit && claim == Claim::wanted ? bitOf(user) : 0;
+    placed.keepers = !_allFit && claim == Claim::ahead ? bitOf(user) : 0;
     _slotOfPage[page] = slot;
     linkNewest(slot);
     return Placement{static_cast<uint32_t>(slot), evicted};

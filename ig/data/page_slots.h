@@ -32,6 +32,8 @@ public:
     uint32_t slots() const noexcept { return static_cast<uint32_t>(_slots.size()); }
     uint32_t residentPages() const noexcept { return _resident; }
     bool allFit() const noexcept { return _allFit; }
+    // Pages that the claim must leave; none where all fit. O(slots).
+    uint32_t pagesInUse(Claim claim = Claim::wanted) const noexcept;
 
     // Says that a user (< kMaxUsers) uses these resident pages and no others, the last named last: until its
     // next call they are not evicted. Who names children before their parents never loses a parent before its
@@ -65,6 +67,7 @@ private:
     void makeNewest(int32_t slot);
     void unlink(int32_t slot);
     void linkNewest(int32_t slot);
+    static bool isTaken(const Slot& slot, Claim claim) noexcept;
     int32_t oldestFor(Claim claim) const noexcept;
 
     std::vector<int32_t> _slotOfPage;

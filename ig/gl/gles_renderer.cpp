@@ -64,6 +64,11 @@ private:
 
 } // namespace
 
+uint64_t bytesPerPage(Morph morph) noexcept
+{
+    return pageBytes(morph);
+}
+
 Result<std::unique_ptr<Renderer>> Renderer::create(const Context& context, const RendererSettings& settings)
 {
     Result<Target> target = Target::create(settings.widthPx, settings.heightPx);

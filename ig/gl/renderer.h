@@ -39,6 +39,9 @@ struct RendererSettings {
     Morph morph = Morph::none;
 };
 
+// Memory that a page slot takes with the renderer.
+uint64_t bytesPerPage(Morph morph) noexcept;
+
 // A page slot as the draw list's page number maps to it.
 inline constexpr int32_t kNoSlot = -1;
 

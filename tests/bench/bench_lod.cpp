@@ -126,6 +126,7 @@ Result<Flown> fly(const std::string& name, const lod::SelectionSettings& selecti
     report::Flight flight(*ground, plan, report::middleOf(ground->info()));
     app::TerrainSettings settings;
     settings.selection = selection;
+    settings.waitForPages = true; // the same pages in every flight
     gl::RendererSettings rendererSettings;
     rendererSettings.pageSlots = settings.pageSlots;
     rendererSettings.morph = app::rendererMorph(selection.method, selection.morph);

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+#include "ig/lod/prefetch.h"
+
+#include "ig/lod/vertex_error.h"
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ig::lod {
+
+namespace {
+
+constexpr size_t kBoxes = 4096;
+// A farther way in one frame is a jump: 60 km/s at 60 Hz.
+constexpr double kJumpM = 1000.0;
+constexpr double kJumpRad = 0.5;
+// Turns do not go on for long.
+constexpr double kLargestTurnRad = 0.5;
+// Motion follows the newest frame by this share: hosts and clocks jitter.
+constexpr double kNewest = 0.25;
+// By which tau may fall until the next plan is carried out.
+constexpr double kErrorMargin = 1.03;
+// As TreeSettings.
+constexpr double kTexelPx = 3.0;
+// In this order, and in each by how far into its reach a page is.
+constexpr double kNowPriority = 0.0;    // wanted, or would be if it were not there
+constexpr double kMotionPriority = 1.0; // will be, if the eye goes on like that
+constexpr double kTurnPriority = 2.0;   // will be, if the eye turns
+
+} // namespace
+
+Prefetch::Prefetch(const TerrainShape& shape, std::span<const PageNode> pages, uint32_t slots, Method method)
+    : _shape(shape), _pages(pages), _method(method), _slots(slots), _boxes(kBoxes)
+{
+    // The pages looked at are resident, or children of such.
+    _candidates.reserve(size_t{5} * slots + 1);
+    _kept.reserve(slots);
+    _missing.reserve(kMaxMissing);
+}
+
+const TileBox& Prefetch::boxOf(uint32_t page)
+{
+    CachedBox& cached = _boxes[page % kBoxes];
+    if (cached.page != static_cast<int32_t>(page)) {
+        const PageNode& node = _pages[page];
+        cached = {static_cast<int32_t>(page),
+                  tileBox(_shape, {node.depth, node.x, node.y}, node.minHeightM, node.maxHeightM)};
+    }
+    return cached.box;
+}
+
+PageReach pageReach(bool isRoot, std::span<const uint8_t> errorCode, std::span<const uint8_t> radiusCode)
+{
+    uint8_t error = 0;
+    uint8_t radius = 0;
+    for (size_t row = 0; row < kPagePosts; ++row) {
+        const size_t step = isRoot || row % 2 != 0 ? 1 : 2;
+        for (size_t col = step - 1; col < kPagePosts; col += step) {
+            error = std::max(error, errorCode[row * kPagePosts + col]);
+            radius = std::max(radius, radiusCode[row * kPagePosts + col]);
+        }
+    }
+    return {decodeM(error), decodeM(radius)};
+}
+
+// Returns whether this is no flight but a jump.
+bool Prefetch::follow(const ViewState& view)
+{
+    const glm::dvec3 movedM = view.eye.m - _view.eye.m;
+    const glm::dmat3 turn = view.eyeFromEcef * glm::transpose(_view.eyeFromEcef);
+    // The axial part of a rotation is its axis times the sine of its angle.
+    const glm::dvec3 turnedRad =
+        0.5 * glm::dvec3(turn[1][2] - turn[2][1], turn[2][0] - turn[0][2], turn[0][1] - turn[1][0]);
+    const bool jumped = !_hasView || !(glm::dot(movedM, movedM) <= kJumpM * kJumpM) ||
+                        !(glm::dot(turnedRad, turnedRad) <= kJumpRad * kJumpRad);
+    _motionM = jumped ? glm::dvec3(0.0) : _motionM + kNewest * (movedM - _motionM);
+    _turnRad = jumped ? glm::dvec3(0.0) : _turnRad + kNewest * (turnedRad - _turnRad);
+    _view = view;
+    _hasView = true;
+    return jumped;
+}
+
+ViewState Prefetch::expectedView() const
+{
+    ViewState later = _view;
+    later.eye.m += static_cast<double>(kLeadFrames) * _motionM;
+    const double turnRad = glm::length(_turnRad);
+    if (turnRad > 0.0) {
+        const double angle = std::min(kLeadFrames * turnRad, kLargestTurnRad);
+        later.eyeFromEcef =
+            glm::dmat3(glm::rotate(glm::dmat4(1.0), angle, _turnRad / turnRad)) * _view.eyeFromEcef;
+    }
+    return later;
+}
+
+bool Prefetch::plan(const ViewState& view, float tauPx, std::span<const int32_t> slotOfPage,
+                    std::span<const PageReach> reachOfSlot)
+{
+    const bool jumped = follow(view);
+    if (!jumped && --_framesToPlan > 0) {
+        return false;
+    }
+    _framesToPlan = kFramesPerPlan;
+    _candidates.clear();
+    _kept.clear();
+    _missing.clear();
+    if (slotOfPage[0] < 0 || !(tauPx > 0.0F)) {
+        return true;
+    }
+
+    const ViewState later = expectedView();
+    const double lowestM = _pages[0].minHeightM;
+    const Visibility now(view, _shape.ellipsoid, lowestM);
+    const Visibility then(later, _shape.ellipsoid, lowestM);
+    const auto sees = [](const Visibility& visibility, const TileBox& box) {
+        Visibility::PlaneMask planes = Visibility::kAllPlanes;
+        return visibility.sees(box, planes);
+    };
+    const double pixels = pixelsPerRadian(view);
+    _candidates.push_back({0.0, 0, true});
+    for (size_t i = 0; i < _candidates.size(); ++i) {
+        const Candidate parent = _candidates[i];
+        if (!parent.resident) {
+            continue;
+        }
+        // Missing vertices have at most their parents' errors and balls.
+        const TileBox& parentBox = boxOf(parent.page);
+        double withinM = 0;
+        double radiusM = 0;
+        if (_method == Method::geomip) {
+            withinM = kErrorMargin * _pages[parent.page].errorM * pixels / tauPx;
+        } else {
+            const PageReach& reach = reachOfSlot[static_cast<size_t>(slotOfPage[parent.page])];
+            const double texelM = 2.0 * std::max(parentBox.half.x, parentBox.half.y) / kPageIntervals;
+            radiusM = reach.radiusM;
+            withinM = std::max(kErrorMargin * (1.0 - kMorphBand) * reach.errorM * pixels / tauPx + radiusM,
+                               pixels * texelM / kTexelPx);
+        }
+        for (const int32_t number : _pages[parent.page].child) {
+            if (number == kNoPage) {
+                continue;
+            }
+            const auto page = static_cast<uint32_t>(number);
+            TileBox box = boxOf(page);
+            box.half += radiusM;
+            const double nowM = distanceM(box, view.eye);
+            const double thenM = distanceM(box, later.eye);
+            const double nearestM = std::min(nowM, thenM);
+            if (!(nearestM < withinM)) {
+                continue;
+            }
+            double priority = nearestM / withinM;
+            if (nowM < withinM && sees(now, box)) {
+                priority += kNowPriority;
+            } else if (thenM < withinM && sees(then, box)) {
+                priority += kMotionPriority;
+            } else {
+                box.half.x *= 3.0;
+                box.half.y *= 3.0;
+                if (!sees(now, box) && !sees(then, box)) {
+                    continue;
+                }
+                priority += kTurnPriority;
+            }
+            _candidates.push_back({std::max(priority, parent.priority), page, slotOfPage[page] >= 0});
+        }
+    }
+
+    // As many as have room, the most urgent ones; children have the larger numbers.
+    std::sort(_candidates.begin(), _candidates.end(), [](const Candidate& a, const Candidate& b) {
+        return a.priority != b.priority ? a.priority < b.priority : a.page < b.page;
+    });
+    _candidates.resize(std::min<size_t>(_candidates.size(), _slots));
+    for (const Candidate& candidate : _candidates) {
+        if (candidate.resident) {
+            _kept.push_back(candidate.page);
+        } else if (_missing.size() < kMaxMissing) {
+            _missing.push_back(candidate.page);
+        }
+    }
+    std::reverse(_kept.begin(), _kept.end());
+    return true;
+}
+
+} // namespace ig::lod
