@@ -711,6 +711,7 @@ TEST_CASE("the statistics have every documented key, and count what was added")
         frame.lod.triangles = static_cast<uint32_t>(1000 + i);
         frame.lod.errorPx = static_cast<float>(i);
         frame.pageIns = 2;
+        frame.lod.evaluateNs = i * 1000;
         // Up, up, down, up ...: every change but the first two turns round.
         frame.triangleBudget = static_cast<uint32_t>(i == 1 ? 1000 : i == 2 ? 1100 : 1200 + (i % 2) * 100);
         statistics.add(frame);
@@ -721,14 +722,17 @@ TEST_CASE("the statistics have every documented key, and count what was added")
     const auto json = nlohmann::json::parse(statistics.json(run));
     for (const char* key :
          {"frames", "missed", "frame_ms", "select_ms", "draw_ms", "read_back_ms", "transport_delay_ms",
-          "triangles", "tau_px", "error_px", "vertices_evaluated_per_frame", "lists_made_per_frame",
-          "page_ins", "bytes_read", "bytes_uploaded", "resident_bytes", "packets", "reversals_per_minute"}) {
+          "select_stages_ms", "budget_trials_per_frame", "triangles", "tau_px", "error_px",
+          "vertices_evaluated_per_frame", "lists_made_per_frame", "page_ins", "bytes_uploaded",
+          "resident_bytes", "packets", "reversals_per_minute"}) {
         INFO(key);
         CHECK(json.contains(key));
     }
     CHECK(json["frames"] == 100);
     CHECK(json["missed"] == 7);
     CHECK(json["page_ins"] == 200);
+    CHECK(json["select_stages_ms"]["evaluate"]["mean"].get<double>() == Approx(0.0505));
+    CHECK(json["select_stages_ms"]["evaluate"]["max"].get<double>() == Approx(0.1));
     CHECK(json["triangles"]["max"] == 1100);
     CHECK(json["triangles"]["mean"].get<double>() == Approx(1050.5));
     CHECK(json["frame_ms"]["p50"].get<double>() == Approx(50).epsilon(0.02));

@@ -103,6 +103,12 @@ void RunStatistics::add(const FrameStats& frame) noexcept
     _verticesEvaluated += frame.lod.verticesEvaluated;
     _listsMade += frame.lod.listsMade;
     _tilesVisited += frame.lod.tilesVisited;
+    _visitNs.add(static_cast<double>(frame.lod.visitNs));
+    _evaluateNs.add(static_cast<double>(frame.lod.evaluateNs));
+    _listsNs.add(static_cast<double>(frame.lod.listsNs));
+    _gatherNs.add(static_cast<double>(frame.lod.gatherNs));
+    _boundNs.add(static_cast<double>(frame.lod.boundNs));
+    _trials += frame.lod.trials;
     _framesWithMissingTiles += frame.lod.tilesMissing > 0 ? 1 : 0;
     _pageIns += frame.pageIns;
     _bytesUploaded += frame.bytesUploaded;
@@ -117,6 +123,9 @@ std::string RunStatistics::json(const RunSummary& run) const
     const double count = std::max<double>(1.0, static_cast<double>(frames()));
     const auto perFrame = [&](uint64_t total) { return static_cast<double>(total) / count; };
     const auto extent = [&](const Extent& e) { return Json{{"mean", e.sum / count}, {"max", e.max}}; };
+    const auto stage = [&](const Extent& ns) {
+        return Json{{"mean", ns.sum / count * 1e-6}, {"max", ns.max * 1e-6}};
+    };
     Json triangles = extent(_triangles);
     triangles["budget"] = run.triangleBudget;
     triangles["budget_mean"] = _budget.sum / count;
@@ -136,6 +145,13 @@ std::string RunStatistics::json(const RunSummary& run) const
                     {"frame_ms", milliseconds(_frameTime)},
                     {"host_ms", milliseconds(_host)},
                     {"select_ms", milliseconds(_select)},
+                    {"select_stages_ms",
+                     {{"visit", stage(_visitNs)},
+                      {"evaluate", stage(_evaluateNs)},
+                      {"make_lists", stage(_listsNs)},
+                      {"gather", stage(_gatherNs)},
+                      {"bound", stage(_boundNs)}}},
+                    {"budget_trials_per_frame", perFrame(_trials)},
                     {"draw_ms", milliseconds(_draw)},
                     {"read_back_ms", milliseconds(_readBack)},
                     {"sink_ms", milliseconds(_sink)},

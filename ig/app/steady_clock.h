@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The one clock of the program; nothing below ig/app reads it.
+// The one clock of the program; below ig/app only ig/lod reads one, for its statistics.
 #pragma once
 
 #include <chrono>

@@ -140,6 +140,17 @@ Visibility::Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double
     }
 }
 
+bool Visibility::meets(const glm::dvec3& centre, double radiusM, PlaneMask planes) const noexcept
+{
+    const glm::dvec3 ray = centre - _eye;
+    for (size_t i = 0; i < _planes.size(); ++i) {
+        if ((planes >> i & 1U) != 0 && glm::dot(glm::dvec3(_planes[i]), ray) + _planes[i].w < -radiusM) {
+            return false;
+        }
+    }
+    return true;
+}
+
 bool Visibility::sees(const TileBox& box, PlaneMask& planes) const noexcept
 {
     const glm::dvec3 centre = box.centre - _eye;

@@ -62,6 +62,8 @@ public:
     // lowestHeightM: of the whole terrain; the ellipsoid lowered by it hides what lies behind.
     Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double lowestHeightM) noexcept;
 
+    // False when the ball lies wholly beyond one of the planes.
+    bool meets(const glm::dvec3& centre, double radiusM, PlaneMask planes) const noexcept;
     // False when the box is outside the frustum or behind the horizon. Updates the mask.
     bool sees(const TileBox& box, PlaneMask& planes) const noexcept;
 

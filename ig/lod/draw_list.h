@@ -50,8 +50,17 @@ struct LodStats {
     uint32_t tilesMissing = 0;      // tiles drawn by an ancestor because pages were not resident
     uint32_t tilesJumped = 0;       // tiles of a method that morphs that came without: see geomip_morph.h
     float errorPx = 0;              // bound of the largest projected error of what is drawn
-    float tauPx =
-        0; // tolerance that the budget allowed: no tile above it was left unsplit for lack of budget
+    // Tolerance that the budget allowed: of tiles, none above it was left unsplit for lack of budget; of
+    // vertices, none in view was left out that is above it, but for what the cut holds back.
+    float tauPx = 0;
+    // Of a method that decides by vertex: times that tau was tried to meet the budget, and wall time of the
+    // stages over all of them, ns. For statistics; nothing is decided by it.
+    uint32_t trials = 0;
+    int64_t visitNs = 0;    // which pages are in view and open
+    int64_t evaluateNs = 0; // which vertices are active
+    int64_t listsNs = 0;    // lists made again
+    int64_t gatherNs = 0;   // of the lists, what is in view
+    int64_t boundNs = 0;    // the bound of the error
 };
 
 // The result of one selection. Capacity is reserved once; a selection does not allocate.

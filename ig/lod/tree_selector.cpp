@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -43,6 +44,20 @@ constexpr int kTrials = 32;
 constexpr double kFinestPx = 1e-3;
 // A box that grows by one on every side has corners that move by no more than this.
 constexpr double kDiagonal = 1.7320508075688773;
+
+// Adds the time since the last call to a stage.
+class StageClock {
+public:
+    void to(int64_t& stageNs) noexcept
+    {
+        const auto now = std::chrono::steady_clock::now();
+        stageNs += std::chrono::duration_cast<std::chrono::nanoseconds>(now - _last).count();
+        _last = now;
+    }
+
+private:
+    std::chrono::steady_clock::time_point _last = std::chrono::steady_clock::now();
+};
 
 } // namespace
 
@@ -188,14 +203,20 @@ uint32_t TreeSelector::refine(const ViewState& view, double reach, double turnRa
 {
     _reach = reach;
     _cutM = cutFor(view, reach);
+    ++out.stats.trials;
+    StageClock clock;
     visitPages(view, reach, out.stats);
+    clock.to(out.stats.visitNs);
     const VertexTree::Criteria criteria{view.eye.m, _planes, reach, _cutM};
     _tree.update(criteria, turnRad, _open, everything || !_settings.liveRanges);
     out.stats.verticesEvaluated += _tree.evaluated();
+    clock.to(out.stats.evaluateNs);
     choosePages();
     _lists.update(_drawn);
     out.stats.listsMade += _lists.made();
+    clock.to(out.stats.listsNs);
     _triangles = gatherLists(view, out);
+    clock.to(out.stats.gatherNs);
     return _triangles;
 }
 
@@ -243,10 +264,14 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
         const double radiusM = resident ? below.largestRadiusM : slot.largestRadiusM;
         const double reachM = reach * errorM + radiusM;
         const double toCentreM = glm::length(below.centre - view.eye.m);
-        const double nearestM = toCentreM * (1.0 - 1e-9) - below.ballM - kDiagonal * radiusM - 1e-3;
+        const double ballM = below.ballM + kDiagonal * radiusM + 1e-9 * toCentreM + 1e-3;
+        const double nearestM = toCentreM - ballM;
         const double soonM = resident ? texelledM : texelledM / kAheadShare;
         if (!(parent.open && reachM * (1.0 + 1e-9) + 1e-3 > nearestM) &&
             soonM * (1.0 + 1e-9) < std::max(nearestM, nearM)) {
+            continue;
+        }
+        if (!visibility.meets(below.centre, ballM, parent.planes)) {
             continue;
         }
         if (!resident) {
@@ -395,7 +420,9 @@ void TreeSelector::finish(const ViewState& view, DrawList& out)
     const double tauPx =
         _reach > 0.0 ? _alpha / _reach : _alpha * _graph[_graph.root()].largestErrorM / nearM;
     out.stats.tauPx = static_cast<float>(std::min(tauPx, 1e30));
+    StageClock clock;
     out.stats.errorPx = pictureBoundPx(view, cutPx(view, std::max(tauPx, _missingPx)));
+    clock.to(out.stats.boundNs);
 }
 
 // The bound with what the cut leaves out: see the header.

@@ -64,6 +64,7 @@ void VertexTree::clear()
     _open.clear();
     _given.clear();
     _bucket.fill(kNoChunk);
+    _pendingCount = 0;
     _chunks.clear();
     _freeChunk = kNoChunk;
     _now = 0;
@@ -92,6 +93,7 @@ void VertexTree::update(const Criteria& criteria, double turnRad, std::span<cons
 
     if (!_startedOver && std::ranges::equal(openSlots, _given)) {
         lookAgain(oldCutM);
+        putAll();
         return;
     }
     _given.assign(openSlots.begin(), openSlots.end());
@@ -121,6 +123,7 @@ void VertexTree::update(const Criteria& criteria, double turnRad, std::span<cons
             openPage(slot);
         }
     }
+    putAll();
 }
 
 // At the vertices for which the answer may be another one now.
@@ -246,7 +249,7 @@ void VertexTree::takeBucket(size_t bucket, uint8_t lastPart)
         for (uint8_t i = 0; i < chunk.count; ++i) {
             const VertexId v = chunk.vertex[i];
             if (chunk.part[i] > lastPart) {
-                put(bucket, {v, chunk.part[i], chunk.version[i]});
+                put({v, static_cast<uint16_t>(bucket), chunk.part[i], chunk.version[i]});
             } else if (chunk.version[i] == _vertex[v].version && (_vertex[v].flags & kEnabled) != 0) {
                 evaluate(v);
             }
@@ -362,13 +365,32 @@ void VertexTree::schedule(VertexId v, double ticks)
     const double longest = kHalf + scattered % (kHalf - 2);
     const double tick = _now + std::clamp(ticks, 0.0, longest);
     const auto whole = static_cast<uint64_t>(tick);
-    put(whole & (kBuckets - 1),
-        {v, static_cast<uint8_t>((tick - static_cast<double>(whole)) * 256.0), version});
+    const auto bucket = static_cast<uint16_t>(whole & (kBuckets - 1));
+    __builtin_prefetch(&_bucket[bucket]);
+    _pending[_pendingCount++] = {v, bucket, static_cast<uint8_t>((tick - static_cast<double>(whole)) * 256.0),
+                                 version};
+    if (_pendingCount == _pending.size()) {
+        putAll();
+    }
 }
 
-void VertexTree::put(size_t bucket, const Due& due)
+void VertexTree::putAll()
 {
-    uint32_t at = _bucket[bucket];
+    for (size_t i = 0; i < _pendingCount; ++i) {
+        const uint32_t at = _bucket[_pending[i].bucket];
+        if (at != kNoChunk) {
+            __builtin_prefetch(&_chunks[at], 1);
+        }
+    }
+    for (size_t i = 0; i < _pendingCount; ++i) {
+        put(_pending[i]);
+    }
+    _pendingCount = 0;
+}
+
+void VertexTree::put(const Due& due)
+{
+    uint32_t at = _bucket[due.bucket];
     if (at == kNoChunk || _chunks[at].count == Chunk::kCapacity) {
         if (_freeChunk == kNoChunk) {
             _freeChunk = static_cast<uint32_t>(_chunks.size());
@@ -376,9 +398,9 @@ void VertexTree::put(size_t bucket, const Due& due)
         }
         at = _freeChunk;
         _freeChunk = _chunks[at].next;
-        _chunks[at].next = _bucket[bucket];
+        _chunks[at].next = _bucket[due.bucket];
         _chunks[at].count = 0;
-        _bucket[bucket] = at;
+        _bucket[due.bucket] = at;
     }
     Chunk& chunk = _chunks[at];
     chunk.vertex[chunk.count] = due.vertex;

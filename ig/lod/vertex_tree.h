@@ -83,10 +83,12 @@ private:
     // When to look at a vertex again: in the tick of its bucket, after so many 256ths of it.
     struct Due {
         VertexId vertex;
+        uint16_t bucket;
         uint8_t part;
         uint8_t version;
     };
     static constexpr size_t kBuckets = 4096;
+    static_assert(kBuckets - 1 <= UINT16_MAX);
     static constexpr uint32_t kNoChunk = UINT32_MAX;
     struct alignas(64) Chunk { // a cache line
         static constexpr uint8_t kCapacity = 9;
@@ -113,7 +115,8 @@ private:
     void deactivate(VertexId v);
     void disable(VertexId v);
     void schedule(VertexId v, double ticks);
-    void put(size_t bucket, const Due& due);
+    void put(const Due& due);
+    void putAll();
 
     PageGraph& _graph;
     bool _cullVertices;
@@ -134,6 +137,9 @@ private:
     uint64_t _taken = 0; // the last tick whose bucket has been looked at
     double _kappaPerTick = 1;
     std::array<uint32_t, kBuckets> _bucket{}; // first chunk of each
+    // Entries are put in several at a time, while what the next ones need is on its way from memory.
+    std::array<Due, 64> _pending;
+    size_t _pendingCount = 0;
     std::vector<Chunk> _chunks;
     uint32_t _freeChunk = kNoChunk;
 };
