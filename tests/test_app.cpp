@@ -6,7 +6,7 @@
 #include "ig/app/host_link.h"
 #include "ig/app/run_statistics.h"
 #include "ig/app/steady_clock.h"
-#include "ig/app/terrain_engine.h"
+#include "ig/app/terrain_view.h"
 #include "ig/base/histogram.h"
 #include "ig/data/page_slots.h"
 #include "ig/geo/attitude.h"
@@ -170,6 +170,31 @@ TEST_CASE("the least recently used page leaves first, never one in use")
     CHECK(slots.residentPages() == 3);
 }
 
+TEST_CASE("a page that any user has stays, and the oldest that nobody has makes room")
+{
+    data::PageSlots slots(10, 3);
+    for (uint32_t page = 0; page < 3; ++page) {
+        (void)slots.place(page, page % 2);
+    }
+    slots.use(std::vector<uint32_t>{2}, 1); // the newest is released by user 0, the oldest by nobody
+    slots.use(std::vector<uint32_t>{0}, 0);
+    CHECK(slots.pagesInUse() == 2);
+    slots.use(std::vector<uint32_t>{1, 2}, 1);
+    slots.use({}, 0);
+    slots.use(std::vector<uint32_t>{0}, 0);
+    CHECK(slots.pagesInUse() == 3);
+    CHECK_FALSE(slots.hasRoom());
+    CHECK_FALSE(slots.place(7, 0));
+    slots.use(std::vector<uint32_t>{2}, 1); // page 1 is older than page 0, and younger than nobody's
+    const auto placed = slots.place(7, 0);
+    REQUIRE(placed);
+    CHECK(placed->evicted == 1);
+    slots.use({}, 0); // 0 and 7 are free now
+    slots.touch(0, 1);
+    CHECK(slots.place(8, 1)->evicted == 7);
+    CHECK(slots.slotOfPage()[0] != data::PageSlots::kNone);
+}
+
 TEST_CASE("residency stays consistent over a long random life")
 {
     data::PageSlots slots(200, 40);
@@ -206,16 +231,17 @@ TEST_CASE("a frame loads a bounded number of pages, and the view completes over 
     app::TerrainSettings settings = smallSettings();
     settings.selection.morph = morph;
     gl::NullRenderer renderer = nullRenderer(settings);
-    app::TerrainEngine engine(openDataset(makeDataset(dir)), settings, renderer, log);
-    REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
+    app::TerrainResidency terrain(openDataset(makeDataset(dir)), settings, renderer, log);
+    app::TerrainView terrainView(terrain, settings.selection, renderer);
+    REQUIRE(terrainView.preload(lookNorth(terrain.info(), 900)));
     app::FrameStats stats;
-    engine.draw(lookNorth(engine.info(), 900), stats);
+    terrainView.draw(lookNorth(terrain.info(), 900), stats);
     CHECK(stats.lod.tilesMissing == 0);
-    const ViewState behind = lookNorth(engine.info(), 900, kPi);
+    const ViewState behind = lookNorth(terrain.info(), 900, kPi);
     int frames = 0;
     do {
         stats = {};
-        engine.draw(behind, stats);
+        terrainView.draw(behind, stats);
         CHECK(stats.lod.triangles <= 12'000);
         CHECK(stats.pageIns <= 3);
         CHECK((stats.pageIns > 0) == (stats.bytesUploaded > 0));
@@ -235,13 +261,14 @@ TEST_CASE("too few slots draw a coarser picture, and no page in use is replaced"
     app::TerrainSettings settings = smallSettings();
     settings.pageSlots = 9;
     gl::NullRenderer renderer = nullRenderer(settings);
-    app::TerrainEngine engine(openDataset(makeDataset(dir)), settings, renderer, log);
-    REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
+    app::TerrainResidency terrain(openDataset(makeDataset(dir)), settings, renderer, log);
+    app::TerrainView terrainView(terrain, settings.selection, renderer);
+    REQUIRE(terrainView.preload(lookNorth(terrain.info(), 900)));
     for (int i = 0; i < 20; ++i) {
         app::FrameStats stats;
-        engine.draw(lookNorth(engine.info(), 900, 0.3 * i), stats);
+        terrainView.draw(lookNorth(terrain.info(), 900, 0.3 * i), stats);
     }
-    CHECK(engine.residentPages() == 9);
+    CHECK(terrain.residentPages() == 9);
     CHECK(renderer.counts().triangles > 0);
     CHECK(renderer.counts().badTiles == 0);
 }
@@ -276,17 +303,18 @@ TEST_CASE("pages that come and go are always decoded on top of their own parent"
     settings.pageSlots = 14; // far fewer than the views want
     KeepingRenderer renderer(settings.pageSlots);
     const std::string path = makeDataset(dir);
-    app::TerrainEngine engine(openDataset(path), settings, renderer, log);
+    app::TerrainResidency terrain(openDataset(path), settings, renderer, log);
+    app::TerrainView terrainView(terrain, settings.selection, renderer);
     const data::Dataset dataset = openDataset(path);
     data::PageReader reader(dataset);
     data::PageMesh expected;
     uint32_t pageIns = 0;
     for (int i = 0; i < 60; ++i) {
         app::FrameStats stats;
-        engine.draw(lookNorth(engine.info(), 500 + 40 * (i % 7), 0.9 * i), stats);
+        terrainView.draw(lookNorth(terrain.info(), 500 + 40 * (i % 7), 0.9 * i), stats);
         pageIns += stats.pageIns;
         for (uint32_t page = 0; page < dataset.pages().size(); ++page) {
-            const int32_t slot = engine.slotOfPage()[page];
+            const int32_t slot = terrain.slotOfPage()[page];
             if (slot < 0) {
                 continue;
             }
@@ -309,21 +337,22 @@ TEST_CASE("a damaged page is reported once and drawn by its ancestor; a damaged 
     const std::string path = makeDataset(dir);
     CollectedLog log;
     gl::NullRenderer renderer = nullRenderer(smallSettings());
-    app::TerrainEngine engine(openDataset(path), smallSettings(), renderer, log);
+    app::TerrainResidency terrain(openDataset(path), smallSettings(), renderer, log);
+    app::TerrainView terrainView(terrain, smallSettings().selection, renderer);
     // Everything behind the header is payload or index: overwrite the payloads of the finest pages.
     std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
-    const auto bytes = static_cast<std::streamoff>(engine.info().fileBytes);
+    const auto bytes = static_cast<std::streamoff>(terrain.info().fileBytes);
     file.seekp(bytes / 4);
     file << std::string(static_cast<size_t>(bytes / 2), '\x5a');
     file.close();
-    REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
+    REQUIRE(terrainView.preload(lookNorth(terrain.info(), 900)));
     for (int i = 0; i < 30; ++i) {
         app::FrameStats stats;
-        engine.draw(lookNorth(engine.info(), 900, 0.2 * i), stats);
+        terrainView.draw(lookNorth(terrain.info(), 900, 0.2 * i), stats);
         CHECK(stats.lod.triangles > 0);
     }
-    CHECK(engine.damagedPages() > 0);
-    CHECK(log.lines.size() == engine.damagedPages());
+    CHECK(terrain.damagedPages() > 0);
+    CHECK(log.lines.size() == terrain.damagedPages());
 
     std::fstream whole(path, std::ios::in | std::ios::out | std::ios::binary);
     whole.seekp(512);
@@ -339,15 +368,16 @@ TEST_CASE("a budget that moves from frame to frame is never exceeded, and stated
     for (const lod::Method method : {lod::Method::geomip, lod::Method::bintree, lod::Method::hybrid}) {
         CollectedLog log;
         gl::NullRenderer renderer = nullRenderer(smallSettings(method));
-        app::TerrainEngine engine(openDataset(path), smallSettings(method), renderer, log);
-        const ViewState view = lookNorth(engine.info(), 900);
-        REQUIRE(engine.preload(view));
+        app::TerrainResidency terrain(openDataset(path), smallSettings(method), renderer, log);
+        app::TerrainView terrainView(terrain, smallSettings(method).selection, renderer);
+        const ViewState view = lookNorth(terrain.info(), 900);
+        REQUIRE(terrainView.preload(view));
         std::mt19937 random(4);
         for (int i = 0; i < 200; ++i) {
             const auto budget = static_cast<uint32_t>(random() % 20'000);
-            engine.setTriangleBudget(budget);
+            terrainView.setTriangleBudget(budget);
             app::FrameStats stats;
-            engine.draw(view, stats);
+            terrainView.draw(view, stats);
             CHECK(stats.triangleBudget == std::clamp(budget, lod::smallestBudget(method), 12'000U));
             CHECK(stats.lod.triangles <= stats.triangleBudget);
             CHECK(stats.lod.triangles > 0);
@@ -367,17 +397,63 @@ TEST_CASE("few slots, wide flights: pages come and go, and never a parent before
         settings.pageLoadsPerFrame = 8;
         CollectedLog log;
         gl::NullRenderer renderer = nullRenderer(settings);
-        app::TerrainEngine engine(openDataset(path), settings, renderer, log);
-        REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
+        app::TerrainResidency terrain(openDataset(path), settings, renderer, log);
+        app::TerrainView terrainView(terrain, settings.selection, renderer);
+        REQUIRE(terrainView.preload(lookNorth(terrain.info(), 900)));
         for (int i = 0; i < 300; ++i) {
             app::FrameStats stats;
-            engine.draw(lookNorth(engine.info(), 300 + 10 * (i % 90), 0.11 * i), stats);
+            terrainView.draw(lookNorth(terrain.info(), 300 + 10 * (i % 90), 0.11 * i), stats);
             REQUIRE(stats.lod.triangles > 0);
             REQUIRE(stats.lod.triangles <= 12'000);
-            REQUIRE(engine.residentPages() <= 24);
+            REQUIRE(terrain.residentPages() <= 24);
         }
         CHECK(renderer.counts().badTiles == 0);
         CHECK(renderer.counts().badLists == 0);
+    }
+}
+
+TEST_CASE("views share the pages: none is loaded twice, and none that another draws is replaced")
+{
+    const test::TempDir dir;
+    const std::string path = makeDataset(dir);
+    for (const lod::Method method : {lod::Method::geomip, lod::Method::bintree, lod::Method::hybrid}) {
+        app::TerrainSettings settings = smallSettings(method);
+        const auto pageInsOf = [&](bool left, bool right) {
+            CollectedLog log;
+            gl::NullRenderer renderer = nullRenderer(settings);
+            app::TerrainResidency terrain(openDataset(path), settings, renderer, log);
+            app::TerrainView first(terrain, settings.selection, renderer);
+            app::TerrainView second(terrain, settings.selection, renderer);
+            uint64_t pageIns = 0;
+            for (int i = 0; i < 40; ++i) {
+                app::FrameStats stats;
+                if (left) {
+                    first.draw(lookNorth(terrain.info(), 900, -0.4), stats);
+                    pageIns += stats.pageIns;
+                }
+                stats = {};
+                if (right) {
+                    second.draw(lookNorth(terrain.info(), 900, 0.4), stats);
+                    pageIns += stats.pageIns;
+                }
+                for (const app::TerrainView* view : {&first, &second}) {
+                    for (const uint32_t page : view->drawList().usedPages) {
+                        REQUIRE(terrain.slotOfPage()[page] >= 0);
+                    }
+                }
+            }
+            CHECK(renderer.counts().badTiles == 0);
+            CHECK(renderer.counts().badLists == 0);
+            return pageIns;
+        };
+        settings.pageSlots = 128;
+        const uint64_t left = pageInsOf(true, false);
+        const uint64_t right = pageInsOf(false, true);
+        const uint64_t both = pageInsOf(true, true);
+        CHECK(both < left + right);
+        CHECK(both >= std::max(left, right));
+        settings.pageSlots = 18; // too few for both
+        (void)pageInsOf(true, true);
     }
 }
 
@@ -388,10 +464,11 @@ TEST_CASE("a view that needs no more pages than a frame may load is complete at 
     app::TerrainSettings settings = smallSettings();
     settings.pageLoadsPerFrame = 100;
     gl::NullRenderer renderer = nullRenderer(settings);
-    app::TerrainEngine engine(openDataset(makeDataset(dir)), settings, renderer, log);
-    REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
+    app::TerrainResidency terrain(openDataset(makeDataset(dir)), settings, renderer, log);
+    app::TerrainView terrainView(terrain, settings.selection, renderer);
+    REQUIRE(terrainView.preload(lookNorth(terrain.info(), 900)));
     app::FrameStats stats;
-    engine.draw(lookNorth(engine.info(), 900, kPi), stats);
+    terrainView.draw(lookNorth(terrain.info(), 900, kPi), stats);
     CHECK(stats.pageIns > 3);
     CHECK(stats.lod.tilesMissing == 0);
 }
@@ -464,14 +541,15 @@ TEST_CASE("drawing allocates nothing once warm, by any method")
         const test::TempDir dir;
         CollectedLog log;
         gl::NullRenderer renderer = nullRenderer(smallSettings(method));
-        app::TerrainEngine engine(openDataset(makeDataset(dir)), smallSettings(method), renderer, log);
+        app::TerrainResidency terrain(openDataset(makeDataset(dir)), smallSettings(method), renderer, log);
+        app::TerrainView terrainView(terrain, smallSettings(method).selection, renderer);
         const auto turn = [&](int from, int to) {
             for (int i = from; i < to; ++i) {
                 app::FrameStats stats;
-                engine.draw(lookNorth(engine.info(), 600 + i, 0.02 * i), stats);
+                terrainView.draw(lookNorth(terrain.info(), 600 + i, 0.02 * i), stats);
             }
         };
-        REQUIRE(engine.preload(lookNorth(engine.info(), 900)));
+        REQUIRE(terrainView.preload(lookNorth(terrain.info(), 900)));
         turn(0, 50);
         const size_t before = test::allocations();
         turn(50, 300);

@@ -127,7 +127,7 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
     std::unique_ptr<ImageGenerator> generator(new ImageGenerator(settings, log, std::move(*host),
                                                                  std::move(*context), std::move(*renderer),
                                                                  std::move(*dataset), std::move(sinks)));
-    if (auto loaded = generator->_terrain.preload(generator->_view); !loaded) {
+    if (auto loaded = generator->_terrainView.preload(generator->_view); !loaded) {
         return Unexpected{loaded.error()};
     }
     generator->warmUp();
@@ -147,6 +147,7 @@ ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, H
     : _settings(settings), _log(log), _host(std::move(host)), _context(std::move(context)),
       _renderer(std::move(renderer)),
       _terrain(std::move(dataset), terrainSettings(settings), *_renderer, log),
+      _terrainView(_terrain, terrainSettings(settings).selection, *_renderer),
       _world(_terrain.info().shape.ellipsoid, viewDefaults(settings)),
       _view(idleView(_terrain.info(), settings)), _sinks(std::move(sinks)),
       _picture(static_cast<size_t>(settings.view.width * settings.view.height) * 4),
@@ -163,7 +164,7 @@ ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, H
 void ImageGenerator::warmUp()
 {
     FrameStats unused;
-    _terrain.draw(_view, unused);
+    _terrainView.draw(_view, unused);
     _renderer->read(_picture);
 }
 
@@ -189,9 +190,9 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     stats.hostNs = steadyNs() - startNs;
 
     if (_timeControl) {
-        _terrain.setTriangleBudget(_timeControl->budgetFor(_view));
+        _terrainView.setTriangleBudget(_timeControl->budgetFor(_view));
     }
-    _terrain.draw(_view, stats);
+    _terrainView.draw(_view, stats);
     const int64_t drawn = steadyNs();
     _renderer->read(_picture);
     if (!_depthM.empty()) {
@@ -257,7 +258,8 @@ void ImageGenerator::apply(const config::Settings& settings)
 {
     config::applyLive(settings, _settings);
     const TerrainSettings terrain = terrainSettings(_settings);
-    _terrain.reconfigure(terrain.selection, terrain.pageLoadsPerFrame);
+    _terrainView.reconfigure(terrain.selection);
+    _terrain.setPageLoadsPerFrame(terrain.pageLoadsPerFrame);
     if (_timeControl) {
         _timeControl->setLargestBudget(terrain.selection.triangleBudget);
     }

@@ -11,7 +11,7 @@
 #include "ig/app/host_link.h"
 #include "ig/app/metrics.h"
 #include "ig/app/run_statistics.h"
-#include "ig/app/terrain_engine.h"
+#include "ig/app/terrain_view.h"
 #include "ig/base/log.h"
 #include "ig/base/result.h"
 #include "ig/data/height_query.h"
@@ -71,7 +71,8 @@ private:
     HostLink _host;
     gl::Context _context;
     std::unique_ptr<gl::Renderer> _renderer;
-    TerrainEngine _terrain;
+    TerrainResidency _terrain;
+    TerrainView _terrainView;
     std::optional<FrameTimeControl> _timeControl; // absent: fixed budget
     std::unique_ptr<data::HeightQuery> _ground;   // over the dataset of _terrain
     scene::World _world;

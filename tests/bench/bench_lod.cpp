@@ -7,7 +7,7 @@
 //   and
 //             geomip's against bintree's
 #include "flight.h"
-#include "ig/app/terrain_engine.h"
+#include "ig/app/terrain_view.h"
 #include "ig/gl/null_renderer.h"
 
 #include <CLI/CLI.hpp>
@@ -130,8 +130,9 @@ Result<Flown> fly(const std::string& name, const lod::SelectionSettings& selecti
     rendererSettings.pageSlots = settings.pageSlots;
     rendererSettings.morph = app::rendererMorph(selection.method, selection.morph);
     gl::NullRenderer renderer(rendererSettings);
-    app::TerrainEngine engine(std::move(*dataset), settings, renderer, log);
-    if (auto loaded = engine.preload(flight.view(0, options.width, options.height)); !loaded) {
+    app::TerrainResidency terrain(std::move(*dataset), settings, renderer, log);
+    app::TerrainView terrainView(terrain, selection, renderer);
+    if (auto loaded = terrainView.preload(flight.view(0, options.width, options.height)); !loaded) {
         return Unexpected{loaded.error()};
     }
     Flown flown;
@@ -141,10 +142,10 @@ Result<Flown> fly(const std::string& name, const lod::SelectionSettings& selecti
         const ViewState view = flight.view(i / 60.0, options.width, options.height);
         app::FrameStats stats;
         const double start = threadMs();
-        engine.draw(view, stats);
+        terrainView.draw(view, stats);
         const double tookMs = threadMs() - start;
         if (i >= 2) { // the first view is a jump
-            flown.add(stats, engine.drawList(), tookMs, options.budget);
+            flown.add(stats, terrainView.drawList(), tookMs, options.budget);
         }
     }
     return flown;

@@ -13,7 +13,7 @@
 #include "ig/app/frame_schedule.h"
 #include "ig/app/frame_time_control.h"
 #include "ig/app/steady_clock.h"
-#include "ig/app/terrain_engine.h"
+#include "ig/app/terrain_view.h"
 #include "ig/base/histogram.h"
 #include "ig/lod/budget_reversals.h"
 #include "static_mesh.h"
@@ -72,7 +72,8 @@ double cpuMs()
 // One terrain with its own renderer, flown frame by frame.
 struct Runner {
     std::unique_ptr<gl::Renderer> renderer;
-    std::unique_ptr<app::TerrainEngine> engine;
+    std::unique_ptr<app::TerrainResidency> terrain;
+    std::unique_ptr<app::TerrainView> terrainView;
     std::unique_ptr<data::Dataset> ground; // a second handle, for the flight's height above it
     std::unique_ptr<bench::Flight> flight;
     std::vector<std::byte> picture;
@@ -102,8 +103,8 @@ private:
         app::FrameStats& stats = cost.stats;
         const double cpuStart = cpuMs();
         const int64_t start = app::steadyNs();
-        engine->setTriangleBudget(control != nullptr ? control->budgetFor(view) : budget);
-        engine->draw(view, stats);
+        terrainView->setTriangleBudget(control != nullptr ? control->budgetFor(view) : budget);
+        terrainView->draw(view, stats);
         const int64_t drawn = app::steadyNs();
         renderer->read(picture);
         stats.readBackNs = app::steadyNs() - drawn;
@@ -157,12 +158,14 @@ Result<std::unique_ptr<Runner>> makeRunner(const std::string& path, const Option
     settings.selection.triangleBudget = options.budget;
     settings.shading.sunElevationRad = 35 * kRadPerDeg;
     settings.shading.sunAzimuthRad = 315 * kRadPerDeg;
-    runner->engine =
-        std::make_unique<app::TerrainEngine>(std::move(*dataset), settings, *runner->renderer, log);
+    runner->terrain =
+        std::make_unique<app::TerrainResidency>(std::move(*dataset), settings, *runner->renderer, log);
+    runner->terrainView =
+        std::make_unique<app::TerrainView>(*runner->terrain, settings.selection, *runner->renderer);
     runner->ground = std::make_unique<data::Dataset>(std::move(*ground));
     runner->flyRound(bench::middleOf(runner->ground->info()), options);
     runner->picture.resize(static_cast<size_t>(options.width) * static_cast<size_t>(options.height) * 4);
-    if (auto loaded = runner->engine->preload(runner->flight->view(0, options.width, options.height));
+    if (auto loaded = runner->terrainView->preload(runner->flight->view(0, options.width, options.height));
         !loaded) {
         return Unexpected{loaded.error()};
     }
@@ -186,7 +189,7 @@ Json measureStatic(Runner& runner, const Options& options, const gl::Context& co
         const double cpuStart = cpuMs();
         app::FrameStats stats;
         const int64_t start = app::steadyNs();
-        runner.engine->draw(view, stats);
+        runner.terrainView->draw(view, stats);
         runner.renderer->read(runner.picture);
         const double oursMs = static_cast<double>(app::steadyNs() - start) * 1e-6;
         const double oursCpu = cpuMs() - cpuStart;
@@ -196,8 +199,8 @@ Json measureStatic(Runner& runner, const Options& options, const gl::Context& co
         data::ShadingSettings shading;
         shading.sunElevationRad = 35 * kRadPerDeg;
         shading.sunAzimuthRad = 315 * kRadPerDeg;
-        for (const uint32_t page : runner.engine->drawList().usedPages) {
-            const int32_t slot = runner.engine->slotOfPage()[page];
+        for (const uint32_t page : runner.terrainView->drawList().usedPages) {
+            const int32_t slot = runner.terrain->slotOfPage()[page];
             if (uploaded[static_cast<size_t>(slot)] == static_cast<int32_t>(page)) {
                 continue;
             }
@@ -209,7 +212,7 @@ Json measureStatic(Runner& runner, const Options& options, const gl::Context& co
                 uploaded[static_cast<size_t>(slot)] = static_cast<int32_t>(page);
             }
         }
-        mesh->setTriangles(runner.engine->drawList(), runner.engine->slotOfPage());
+        mesh->setTriangles(runner.terrainView->drawList(), runner.terrain->slotOfPage());
         const double staticCpuStart = cpuMs();
         const int64_t staticStart = app::steadyNs();
         mesh->draw(view);
