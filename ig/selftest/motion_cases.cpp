@@ -104,6 +104,38 @@ void fly(Bench& bench, const Ground& ground, const char* name, int frames, int e
     findings.report(bench.report, kArea, name, kSelectionMs);
 }
 
+// What is kept from frame to frame draws what a selection without a past draws.
+void liveRanges(Bench& bench, const Ground& ground)
+{
+    for (const auto& [name, method] :
+         {std::pair<const char*, lod::Method>{"turns at 250 m/s, hybrid", lod::Method::hybrid},
+          std::pair<const char*, lod::Method>{"turns at 250 m/s, bintree", lod::Method::bintree}}) {
+        const auto live = ground.selector({.method = method, .triangleBudget = kBudget});
+        const auto plain =
+            ground.selector({.method = method, .triangleBudget = kBudget, .liveRanges = false});
+        lod::DrawList a, b;
+        size_t differing = 0;
+        uint64_t evaluated = 0, all = 0;
+        for (int frame = 0; frame < 150 * bench.rounds; ++frame) {
+            // A circle of 2 km; 4.2 m a frame.
+            const double turn = frame * 4.2 / 1'000;
+            const ViewState view = over(ground, 96 + 20 * std::sin(turn), 96 - 20 * std::cos(turn),
+                                        ground.largestHeightM() + 150, {turn + 0.5 * kPi, -0.15, 0.4});
+            live->select(view, a);
+            plain->select(view, b);
+            differing += a.indices == b.indices && a.morph.reach == b.morph.reach ? 0 : 1;
+            if (frame > 0) {
+                evaluated += a.stats.verticesEvaluated;
+                all += b.stats.verticesEvaluated;
+            }
+        }
+        bench.report.atMost(kArea, name, "frames that differ from everything evaluated", "", 0,
+                            static_cast<double>(differing));
+        bench.report.atMost(kArea, name, "vertices evaluated / everything", "", 0.2,
+                            static_cast<double>(evaluated) / static_cast<double>(std::max<uint64_t>(all, 1)));
+    }
+}
+
 // A tile is 16 posts of 50 m; forth and back in turn, frame by frame.
 void vibration(Bench& bench, const Ground& ground)
 {
@@ -220,6 +252,7 @@ Result<void> motionCases(Bench& bench)
     anHour(bench.report);
     standing(bench, *ground);
     flights(bench, *ground);
+    liveRanges(bench, *ground);
     vibration(bench, *ground);
     clocks(bench.report);
     return {};
