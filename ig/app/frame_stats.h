@@ -9,7 +9,8 @@
 namespace ig::app {
 
 struct FrameStats {
-    uint64_t number = 0;
+    uint64_t number = 0; // of its view's frames
+    uint32_t view = 0;   // its place among the views of the process
     // The host has put there what the view sits on; else the picture is the last one, at first one from above
     // the middle of the terrain.
     bool placed = false;

@@ -41,7 +41,7 @@ public:
     Run(const Arguments& arguments, const config::Settings& settings, ig::app::Log& log,
         ig::app::ImageGenerator& generator)
         : _arguments(arguments), _settings(settings), _log(log), _ig(generator), _statisticsFile(log),
-          _firstStartNs(ig::app::steadyNs()), _schedule(_firstStartNs, settings.view.rateHz)
+          _firstStartNs(ig::app::steadyNs()), _schedule(_firstStartNs, generator.rateHz())
     {
     }
 
@@ -50,7 +50,9 @@ public:
         if (_settings.output.metrics.empty()) {
             return {};
         }
-        auto server = ig::app::MetricsServer::start(_settings.output.metrics, _ig.sinkNames());
+        const ig::app::MetricsLabels labels = _ig.metricsLabels();
+        _metrics = ig::app::metricsFor(labels);
+        auto server = ig::app::MetricsServer::start(_settings.output.metrics, labels);
         if (!server) {
             return ig::Unexpected{server.error()};
         }
@@ -63,7 +65,7 @@ public:
     {
         int64_t startNs = _firstStartNs;
         while (!ig::app::stopRequested()) {
-            afterFrame(_ig.frame(startNs, _schedule.missed()));
+            afterFrames(_ig.frame(startNs, _schedule.slot()));
             if (count > 0 && _ig.statistics().frames() == count) {
                 break;
             }
@@ -110,11 +112,13 @@ private:
                std::to_string(_schedule.missed()) + " missed";
     }
 
-    void afterFrame(const ig::app::FrameStats& stats)
+    void afterFrames(std::span<const ig::app::FrameStats> made)
     {
         if (_metricsServer) {
-            _metrics.add(stats);
-            _ig.note(_metrics, _schedule.missed());
+            for (const ig::app::FrameStats& stats : made) {
+                _metrics.views[stats.view].add(stats);
+            }
+            _ig.note(_metrics);
             _metrics.logSuppressed = _log.suppressed();
             _metrics.logDropped = _log.dropped();
             _metricsServer->offer(_metrics);
@@ -122,7 +126,7 @@ private:
         if (!_notifier.wanted()) {
             return;
         }
-        if (stats.number == 0) {
+        if (_ig.statistics().frames() == 1) {
             _notifier.ready(drawn());
         }
         if (_notifier.tick(ig::app::steadyNs())) {
@@ -254,7 +258,9 @@ int main(int argc, char** argv)
     app.add_option("--listen", arguments.listen, "ADDRESS:PORT to receive host packets on (host.listen)");
     app.add_option("--record", arguments.record,
                    "write every datagram that arrives to this pcap file (host.record)");
-    app.add_option("--frames", arguments.frames, "stop after this many frames")->check(CLI::PositiveNumber);
+    app.add_option("--frames", arguments.frames,
+                   "stop after this many frames, of the view with the highest rate")
+        ->check(CLI::PositiveNumber);
     app.add_flag("--check-config", arguments.checkConfig, "check the settings and end");
 #if defined(EYEPOINT_SELFTEST)
     auto* selfTestFlag = app.add_flag("--selftest", arguments.selfTest,
@@ -286,7 +292,7 @@ int main(int argc, char** argv)
 #endif
         return run(*settings, arguments);
     } catch (const std::bad_alloc&) {
-        return fail(
-            {ig::ErrorKind::failed, "out of memory; lower terrain.page_cache_mib or view.width and view.height"});
+        return fail({ig::ErrorKind::failed,
+                     "out of memory; lower terrain.page_cache_mib or the views' width and height"});
     }
 }

@@ -94,6 +94,11 @@ double distanceM(const TileBox& box, const EcefPos& eye) noexcept
     return glm::length(glm::max(glm::abs(local) - box.half, glm::dvec3(0.0)));
 }
 
+double distanceM(const TileBox& box, const ViewState& view) noexcept
+{
+    return view.frustum.parallel ? kParallelDistanceM : distanceM(box, view.eye);
+}
+
 double distanceToTriangleM(const glm::dvec3& point, const glm::dvec3& a, const glm::dvec3& b,
                            const glm::dvec3& c) noexcept
 {
@@ -118,11 +123,14 @@ double distanceToTriangleM(const glm::dvec3& point, const glm::dvec3& a, const g
 float pictureBoundPx(const ViewState& view, double px) noexcept
 {
     const Frustum& f = view.frustum;
+    constexpr double kUnbounded = 1e30;
+    if (f.parallel) {
+        return static_cast<float>(std::min(px, kUnbounded));
+    }
     const double x = std::max(std::abs(f.left), std::abs(f.right));
     const double y = std::max(std::abs(f.bottom), std::abs(f.top));
     const double stretch = 1.0 + x * x + y * y; // 1 / cos^2 theta in the farthest corner
     const double rest = 1.0 - px / pixelsPerRadian(view) * std::sqrt(stretch);
-    constexpr double kUnbounded = 1e30;
     return static_cast<float>(rest > 0.0 ? std::min(px * stretch / rest, kUnbounded) : kUnbounded);
 }
 
@@ -133,7 +141,7 @@ Visibility::Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double
     const double a = ellipsoid.semiMajorM + sink;
     const double b = ellipsoid.semiMajorM * (1.0 - ellipsoid.flattening) + sink;
     // Heights beyond half the Earth's radius are data errors: then nothing is hidden.
-    if (b > 0.5 * ellipsoid.semiMajorM) {
+    if (b > 0.5 * ellipsoid.semiMajorM && !view.frustum.parallel) {
         _scale = {1.0 / a, 1.0 / a, 1.0 / b};
         _scaledEye = _eye * _scale;
         _horizonSquared = glm::dot(_scaledEye, _scaledEye) - 1.0;

@@ -41,6 +41,8 @@ TileBox tileBox(const TerrainShape& shape, const TileKey& key, double minHeightM
 
 // Smallest distance from the eye to the box, metres; 0 inside.
 double distanceM(const TileBox& box, const EcefPos& eye) noexcept;
+// The same as sizes on screen are reckoned: kParallelDistanceM for every box of a parallel view.
+double distanceM(const TileBox& box, const ViewState& view) noexcept;
 
 // Smallest distance from a point to a triangle, which may have no area.
 double distanceToTriangleM(const glm::dvec3& point, const glm::dvec3& a, const glm::dvec3& b,
@@ -59,7 +61,8 @@ public:
     using PlaneMask = uint8_t;
     static constexpr PlaneMask kAllPlanes = 0x1F;
 
-    // lowestHeightM: of the whole terrain; the ellipsoid lowered by it hides what lies behind.
+    // lowestHeightM: of the whole terrain; the ellipsoid lowered by it hides what lies behind, but nothing in
+    // parallel projection, where rays do not come from the eye.
     Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double lowestHeightM) noexcept;
 
     // False when the ball lies wholly beyond one of the planes.

@@ -99,7 +99,7 @@ TreeSelector::Motion TreeSelector::motionTo(const ViewState& view) const noexcep
     const Frustum& a = _view.frustum;
     const Frustum& b = view.frustum;
     const bool sameLens = a.left == b.left && a.right == b.right && a.bottom == b.bottom && a.top == b.top &&
-                          a.nearM == b.nearM && _view.widthPx == view.widthPx &&
+                          a.nearM == b.nearM && a.parallel == b.parallel && _view.widthPx == view.widthPx &&
                           _view.heightPx == view.heightPx;
     if (!_hasView || !sameLens) {
         return motion;
@@ -193,7 +193,7 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
 double TreeSelector::cutFor(const ViewState& view, double reach) const noexcept
 {
     // Nothing nearer than the near plane is drawn, so an error below nearM / reach is within tau anywhere.
-    return reach > 0.0 ? std::max(view.frustum.nearM, kMorphFrames * _speedM / kMorphBand) / reach
+    return reach > 0.0 ? std::max(shortestDistanceM(view), kMorphFrames * _speedM / kMorphBand) / reach
                        : std::numeric_limits<double>::infinity();
 }
 
@@ -207,7 +207,8 @@ uint32_t TreeSelector::refine(const ViewState& view, double reach, double turnRa
     StageClock clock;
     visitPages(view, reach, out.stats);
     clock.to(out.stats.visitNs);
-    const VertexTree::Criteria criteria{view.eye.m, _planes, reach, _cutM};
+    const VertexTree::Criteria criteria{view.eye.m, _planes, reach, _cutM,
+                                        view.frustum.parallel ? kParallelDistanceM : 0.0};
     _tree.update(criteria, turnRad, _open, everything || !_settings.liveRanges);
     out.stats.verticesEvaluated += _tree.evaluated();
     clock.to(out.stats.evaluateNs);
@@ -235,7 +236,7 @@ void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& sta
     if (!visibility.sees(_graph[root.slot].box, root.planes)) {
         return;
     }
-    root.distanceM = distanceM(_graph[root.slot].box, view.eye);
+    root.distanceM = distanceM(_graph[root.slot].box, view);
     _visits.push_back(root);
     for (size_t i = 0; i < _visits.size(); ++i) {
         if (_visits[i].open) {
@@ -251,7 +252,7 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
 {
     const Visit parent = _visits[static_cast<size_t>(parentIndex)];
     const PageGraph::Slot& slot = _graph[parent.slot];
-    const double nearM = view.frustum.nearM;
+    const double nearM = shortestDistanceM(view);
     const double texelledM = _alpha * slot.texelM / _settings.texelPx; // nearer, finer texels are needed
     for (size_t q = 0; q < 4; ++q) {
         const PageGraph::Below& below = slot.below[q];
@@ -265,7 +266,7 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
         const double reachM = reach * errorM + radiusM;
         const double toCentreM = glm::length(below.centre - view.eye.m);
         const double ballM = below.ballM + kDiagonal * radiusM + 1e-9 * toCentreM + 1e-3;
-        const double nearestM = toCentreM - ballM;
+        const double nearestM = view.frustum.parallel ? kParallelDistanceM : toCentreM - ballM;
         const double soonM = resident ? texelledM : texelledM / kAheadShare;
         if (!(parent.open && reachM * (1.0 + 1e-9) + 1e-3 > nearestM) &&
             soonM * (1.0 + 1e-9) < std::max(nearestM, nearM)) {
@@ -280,7 +281,7 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
         }
         const PageGraph::Slot& child = _graph[slot.child[q]];
         Visit visit{slot.child[q], below.page, parentIndex, parent.planes,
-                    false,         false,      false,       distanceM(child.box, view.eye)};
+                    false,         false,      false,       distanceM(child.box, view)};
         // A little more, so that rounding cannot close a page that has an active vertex.
         visit.open = parent.open && reachM * (1.0 + 1e-9) + 1e-3 > visit.distanceM;
         visit.textured = _alpha * slot.texelM > _settings.texelPx * std::max(visit.distanceM, nearM);
@@ -302,11 +303,11 @@ void TreeSelector::visitMissing(const Visit& parent, size_t quadrant, const View
     const int32_t page = above.below[quadrant].page;
     TileBox box = above.childBox[quadrant];
     box.half += above.largestRadiusM;
-    const double distance = distanceM(box, view.eye);
+    const double distance = distanceM(box, view);
     // Its vertices have at most their parents' errors and balls.
     const double errorM = (1.0 - kMorphBand) * above.largestErrorM;
     const bool lacksVertices = parent.open && reach * errorM + above.largestRadiusM > distance;
-    const double texelPx = _alpha * above.texelM / std::max(distance, view.frustum.nearM);
+    const double texelPx = _alpha * above.texelM / std::max(distance, shortestDistanceM(view));
     Visibility::PlaneMask planes = parent.planes;
     const bool needed = lacksVertices || texelPx > _settings.texelPx;
     if ((!needed && texelPx <= kAheadShare * _settings.texelPx) || !visibility.sees(box, planes)) {
@@ -349,7 +350,7 @@ double TreeSelector::missingPx(const Visit& parent, size_t quadrant, const ViewS
                 return glm::dot(glm::dvec3(plane), ray) + plane.w < -radiusM;
             });
             if (!outside) {
-                const double nearestM = std::max({glm::length(ray) - radiusM, distanceM, view.frustum.nearM});
+                const double nearestM = std::max({glm::length(ray) - radiusM, distanceM, shortestDistanceM(view)});
                 worst = std::max(worst, _alpha * decodeM(_tree.errorCode(first + post)) / nearestM);
             }
         }
@@ -416,7 +417,7 @@ void TreeSelector::finish(const ViewState& view, DrawList& out)
     out.morph = {static_cast<float>(_reach), static_cast<float>(std::min(_cutM, 1e30))};
     out.stats.triangles = static_cast<uint32_t>(out.indices.size() / 3);
     assert(out.stats.triangles <= _budget);
-    const double nearM = view.frustum.nearM;
+    const double nearM = shortestDistanceM(view);
     const double tauPx =
         _reach > 0.0 ? _alpha / _reach : _alpha * _graph[_graph.root()].largestErrorM / nearM;
     out.stats.tauPx = static_cast<float>(std::min(tauPx, 1e30));
@@ -428,7 +429,7 @@ void TreeSelector::finish(const ViewState& view, DrawList& out)
 // The bound with what the cut leaves out: see the header.
 double TreeSelector::cutPx(const ViewState& view, double px) const
 {
-    const PageLists::Cut cut{view.eye.m, _alpha, _reach, _cutM, view.frustum.nearM};
+    const PageLists::Cut cut{view.eye.m, _alpha, _reach, _cutM, shortestDistanceM(view)};
     for (const int32_t i : _order) { // drawn, nearest first
         const Visit& visit = _visits[static_cast<size_t>(i)];
         if (cut.alpha * cut.cutM <= px * (visit.distanceM - cut.cutM)) {

@@ -206,7 +206,7 @@ void VertexTree::cutMoved(double fromM, double toM)
     for (const int32_t slot : _open) {
         // Only those near enough to be wanted matter, and the box holds the page's balls.
         const double withinM = _criteria.reach * largestM * (1.0 + 1e-9) + 1e-3;
-        if (distanceM(_graph[slot].box, {_criteria.eye}) > withinM) {
+        if (distanceM(_graph[slot].box, EcefPos{_criteria.eye}) > withinM) {
             continue;
         }
         const VertexId first = PageGraph::id(slot, 0, 0);
@@ -277,7 +277,8 @@ void VertexTree::evaluate(VertexId v)
     }
     const double radiusM = this->radiusM(v);
     const glm::dvec3 ray = position(v) - _criteria.eye;
-    const double distanceM = std::sqrt(glm::dot(ray, ray));
+    const double eyeM = std::sqrt(glm::dot(ray, ray));
+    const double distanceM = std::max(eyeM, _criteria.shortestM);
     const double withinM = _reachM[code] + radiusM;
     const double roundingM = kRoundingM + kRoundingShare * distanceM;
     const bool near = distanceM < withinM;
@@ -292,8 +293,7 @@ void VertexTree::evaluate(VertexId v)
         insideM += radiusM;
         visible = insideM >= 0.0;
         const double marginM = std::abs(insideM);
-        const double cullTicks =
-            (marginM - roundingM) / (kMetresPerTick + (distanceM + marginM) * kRadPerTick);
+        const double cullTicks = (marginM - roundingM) / (kMetresPerTick + (eyeM + marginM) * kRadPerTick);
         if (near && visible) {
             ticks = std::min(ticks, cullTicks);
         } else if (!near && !visible) {

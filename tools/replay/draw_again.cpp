@@ -47,10 +47,11 @@ private:
 // Settings that have no part in the pixels of a replay.
 bool mattersHere(const std::string& key)
 {
-    constexpr std::array<std::string_view, 9> kOthers{"terrain.file",
+    constexpr std::array<std::string_view, 10> kOthers{"terrain.file",
                                                       "terrain.frame_time_ms",
                                                       "terrain.smallest_triangle_budget",
                                                       "terrain.page_loads_per_frame",
+                                                      "terrain.wait_for_pages",
                                                       "view.rate_hz",
                                                       "host.listen",
                                                       "host.record",
