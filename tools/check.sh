@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Installs, builds and runs every test: the dev build, builds that leave things out, the dev build under sanitizers, what uses threads under the
-# thread sanitizer, the fuzz targets for a short while, and a small outside project against the installed package.
+# Installs, builds and runs every test: the dev build, image generators that leave things out, the dev build under
+# sanitizers, what uses threads under the thread sanitizer, the fuzz targets for a short while, and a small outside
+# project against the installed package.
 #   tools/check.sh          everything
 #   tools/check.sh dev      the dev build's tests alone
 set -euo pipefail
