@@ -171,7 +171,7 @@ TEST_CASE("the first frame that differs is named, and both pictures are stored")
     const std::vector<std::string> verify{"--verify", dir.file("h.txt"), "--difference", dir.file("diff")};
     const Done differs = replayed(dir, dir.file("b.pcap"), terrain, verify);
     CHECK(differs.code == 1);
-    CHECK_THAT(differs.said, Catch::Contains("frame 8 (host frame 108) differs from frame 8"));
+    CHECK_THAT(differs.said, Catch::Contains("frame 8 of view 0 (host frame 108) differs from frame 8"));
     const auto expected = ig::out::readPng(dir.file("diff/expected_frame_000008.png"));
     const auto actual = ig::out::readPng(dir.file("diff/actual_frame_000008.png"));
     const auto reference = ig::out::readPng(dir.file("frames/frame_000008.png"));
@@ -193,7 +193,7 @@ TEST_CASE("the first frame that differs is named, and both pictures are stored")
     const Done shading = with({"--set", "shading.ambient=0.5"});
     CHECK(shading.code == 1);
     CHECK_THAT(shading.said, Catch::Contains("shading.ambient was 0.35, is 0.5") &&
-                                 Catch::Contains("frame 3 (host frame 103)"));
+                                 Catch::Contains("frame 3 of view 0 (host frame 103)"));
     const Done part = with({"--frames", "10"});
     CHECK(part.code == 0);
 
