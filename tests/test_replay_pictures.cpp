@@ -88,10 +88,12 @@ struct Done {
 Done replayed(const test::TempDir& dir, const std::string& capture, const std::string& terrain,
               const std::vector<std::string>& more)
 {
-    std::vector<std::string> arguments{
-        "eyepoint-replay", capture, "--terrain",      terrain, "--set",
-        "view.width=160",  "--set", "view.height=90", "--set", "terrain.triangle_budget=4000"};
+    std::vector<std::string> arguments{"eyepoint-replay"};
+    for (const char* setting : {"view.width=160", "view.height=90", "terrain.triangle_budget=4000"}) {
+        arguments.insert(arguments.end(), {"--set", setting});
+    }
     arguments.insert(arguments.end(), more.begin(), more.end());
+    arguments.insert(arguments.end(), {"--terrain", terrain, "--sink", "null", capture});
     Process process(arguments, dir.file("replay.out"), dir.file("replay.err"));
     const int code = process.wait(120);
     return {code, readFile(dir.file("replay.err"))};
