@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "hostif/udp_capture.h"
 
+#include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cstring>
 
@@ -42,20 +44,32 @@ void put16(std::byte* at, unsigned value)
     at[1] = static_cast<std::byte>(value & 0xFFU);
 }
 
-// The sum of RFC 1071 over bytes; an odd last one is padded with zero.
-uint64_t sumOf(std::span<const std::byte> bytes)
+unsigned folded(uint64_t sum)
+{
+    while (sum > 0xFFFF)
+        sum = (sum & 0xFFFF) + (sum >> 16);
+    return static_cast<unsigned>(sum);
+}
+
+// The ones' complement sum of 16-bit words in network byte order; an odd last byte is padded with zero. Taken
+// four bytes at a time in this machine's order, which comes to the same (RFC 1071, 2 B and C).
+unsigned sumOf(std::span<const std::byte> bytes)
 {
     uint64_t sum = 0;
-    for (size_t i = 0; i < bytes.size(); ++i)
-        sum += std::to_integer<uint64_t>(bytes[i]) << (i % 2 == 0 ? 8 : 0);
-    return sum;
+    for (size_t i = 0; i < bytes.size(); i += 4) {
+        uint32_t word = 0;
+        std::memcpy(&word, &bytes[i], std::min<size_t>(4, bytes.size() - i));
+        sum += word;
+    }
+    const unsigned native = folded(sum);
+    if constexpr (std::endian::native == std::endian::big)
+        return native;
+    return (native & 0xFFU) << 8 | native >> 8;
 }
 
 unsigned checksum(uint64_t sum)
 {
-    while (sum > 0xFFFF)
-        sum = (sum & 0xFFFF) + (sum >> 16);
-    return static_cast<unsigned>(~sum & 0xFFFF);
+    return ~folded(sum) & 0xFFFFU;
 }
 
 void appendIpv4Header(std::vector<std::byte>& out, const Address& from, const Address& to, size_t udpSize)

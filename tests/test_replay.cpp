@@ -396,7 +396,7 @@ TEST_CASE("hash files come back as written; anything else is refused with its li
     const std::vector<std::byte> pixels(64, std::byte{1});
     FrameHashes hashes;
     hashes.circumstances = {{"mesa", "1 = 2"}, {"size", "4 x 4"}};
-    hashes.frames = {{0, 1, ""}, {1, 2, hashOf(pixels)}};
+    hashes.frames = {{0, 3, 1, ""}, {1, 3, 2, hashOf(pixels)}};
     const auto write = [&](const std::string& text) { std::ofstream(path) << text; };
     const std::string text = toText(hashes);
     write(text);
@@ -405,6 +405,8 @@ TEST_CASE("hash files come back as written; anything else is refused with its li
     CHECK(back->circumstances == hashes.circumstances);
     CHECK(toText(*back) == text);
     CHECK(back->firstHashed() == 1);
+    CHECK(back->frames[1].view == 3);
+    CHECK(back->frames[1].hostFrame == 2);
     CHECK(hashes.frames[1].hash.size() == 32);
     CHECK(hashOf(std::span(pixels).first(63)) != hashes.frames[1].hash);
 

@@ -88,10 +88,12 @@ struct Done {
 Done replayed(const test::TempDir& dir, const std::string& capture, const std::string& terrain,
               const std::vector<std::string>& more)
 {
-    std::vector<std::string> arguments{
-        "eyepoint-replay", capture, "--terrain",      terrain, "--set",
-        "view.width=160",  "--set", "view.height=90", "--set", "terrain.triangle_budget=4000"};
+    std::vector<std::string> arguments{"eyepoint-replay"};
+    for (const char* setting : {"view.width=160", "view.height=90", "terrain.triangle_budget=4000"}) {
+        arguments.insert(arguments.end(), {"--set", setting});
+    }
     arguments.insert(arguments.end(), more.begin(), more.end());
+    arguments.insert(arguments.end(), {"--terrain", terrain, "--sink", "null", capture});
     Process process(arguments, dir.file("replay.out"), dir.file("replay.err"));
     const int code = process.wait(120);
     return {code, readFile(dir.file("replay.err"))};
@@ -171,7 +173,7 @@ TEST_CASE("the first frame that differs is named, and both pictures are stored")
     const std::vector<std::string> verify{"--verify", dir.file("h.txt"), "--difference", dir.file("diff")};
     const Done differs = replayed(dir, dir.file("b.pcap"), terrain, verify);
     CHECK(differs.code == 1);
-    CHECK_THAT(differs.said, Catch::Contains("frame 8 (host frame 108) differs from frame 8"));
+    CHECK_THAT(differs.said, Catch::Contains("frame 8 of view 0 (host frame 108) differs from frame 8"));
     const auto expected = ig::out::readPng(dir.file("diff/expected_frame_000008.png"));
     const auto actual = ig::out::readPng(dir.file("diff/actual_frame_000008.png"));
     const auto reference = ig::out::readPng(dir.file("frames/frame_000008.png"));
@@ -193,7 +195,7 @@ TEST_CASE("the first frame that differs is named, and both pictures are stored")
     const Done shading = with({"--set", "shading.ambient=0.5"});
     CHECK(shading.code == 1);
     CHECK_THAT(shading.said, Catch::Contains("shading.ambient was 0.35, is 0.5") &&
-                                 Catch::Contains("frame 3 (host frame 103)"));
+                                 Catch::Contains("frame 3 of view 0 (host frame 103)"));
     const Done part = with({"--frames", "10"});
     CHECK(part.code == 0);
 

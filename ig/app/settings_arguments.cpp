@@ -25,14 +25,17 @@ void addSettingsOptions(CLI::App& app, SettingsArguments& arguments)
 {
     app.add_option("--config", arguments.config, "settings, TOML; config/eyepoint.toml lists every key");
     app.add_option("--terrain", arguments.terrain, "terrain dataset, .ept (terrain.file)");
+    // One value each, so that file names may follow.
     app.add_option("--sink", arguments.sinks,
                    "png:DIR, y4m:FILE, raw:FILE, gst:PIPELINE, shm:NAME or null, FILE - is standard output; "
-                   "may be repeated (output.sinks)");
+                   "may be repeated (output.sinks); with several views each has its own in the configuration")
+        ->allow_extra_args(false);
     app.add_option("--receipts", arguments.receipts,
                    "write a JSON line per frame to this file (output.receipts)");
     app.add_option("--stats", arguments.stats,
                    "write statistics as JSON to this file at the end (output.stats)");
-    app.add_option("--set", arguments.assignments, "section.key=value, over the file; may be repeated");
+    app.add_option("--set", arguments.assignments, "section.key=value, over the file; may be repeated")
+        ->allow_extra_args(false);
 }
 
 Result<void> checkDirectoryOf(const std::string& path, const std::string& option)

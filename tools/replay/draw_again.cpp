@@ -28,8 +28,7 @@ public:
         picture.widthPx = frame.widthPx;
         picture.heightPx = frame.heightPx;
         picture.rgba.assign(frame.rgba.begin(), frame.rgba.end());
-        number = frame.number;
-        hostFrame = frame.receipt->host_frame;
+        what = {frame.number, frame.receipt->view_id, frame.receipt->host_frame, {}};
         ++_stats.written;
         return {};
     }
@@ -37,8 +36,7 @@ public:
     ig::Result<ig::out::SinkStats> close() override { return _stats; }
 
     ig::out::Picture picture;
-    uint64_t number = 0;
-    uint64_t hostFrame = 0;
+    FrameHash what; // but for the hash
 
 private:
     ig::out::SinkStats _stats;
@@ -164,7 +162,8 @@ private:
 
     static std::string named(const FrameHash& now)
     {
-        return "frame " + std::to_string(now.frame) + " (host frame " + std::to_string(now.hostFrame) + ")";
+        return "frame " + std::to_string(now.frame) + " of view " + std::to_string(now.view) +
+               " (host frame " + std::to_string(now.hostFrame) + ")";
     }
 
     // Stores both pictures and says where, or why not.
@@ -249,8 +248,9 @@ ig::Result<void> drawAgain(const DrawOptions& options)
         placed = generator.replayFrame(datagram.timeNs).placed || placed;
         ++frames;
         if (hashing) {
-            hashes.frames.push_back(
-                {newest.number, newest.hostFrame, placed ? hashOf(newest.picture.rgba) : std::string()});
+            hashes.frames.push_back(newest.what);
+            if (placed)
+                hashes.frames.back().hash = hashOf(newest.picture.rgba);
             if (verification)
                 compared = verification->look(hashes.frames.back(), newest.picture);
         }

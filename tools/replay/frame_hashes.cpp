@@ -56,8 +56,8 @@ std::string toText(const FrameHashes& hashes)
         text << name << kEquals << value << '\n';
     text << "frames\n";
     for (const FrameHash& frame : hashes.frames)
-        text << frame.frame << ' ' << frame.hostFrame << ' ' << (frame.hash.empty() ? kNoHash : frame.hash)
-             << '\n';
+        text << frame.frame << ' ' << frame.view << ' ' << frame.hostFrame << ' '
+             << (frame.hash.empty() ? kNoHash : frame.hash) << '\n';
     text << "end " << hashes.frames.size() << '\n';
     return text.str();
 }
@@ -88,8 +88,9 @@ ig::Result<FrameHashes> readFrameHashes(const std::string& path)
             return out;
         }
         FrameHash frame;
-        if (!(words >> frame.frame >> frame.hostFrame >> frame.hash) || !(words >> std::ws).eof())
-            return badLine(path, number, "'FRAME HOSTFRAME HASH'");
+        if (!(words >> frame.frame >> frame.view >> frame.hostFrame >> frame.hash) ||
+            !(words >> std::ws).eof())
+            return badLine(path, number, "'FRAME VIEW HOSTFRAME HASH'");
         if (frame.hash == kNoHash)
             frame.hash.clear();
         out.frames.push_back(std::move(frame));

@@ -6,8 +6,8 @@
 //   mesa = OpenGL ES 3.2 Mesa 22.3.6        any number of circumstances
 //   ...
 //   frames
-//   0 1 -                                   frame, host frame; no hash before the ownship is placed
-//   1 2 5d3c...                             XXH3, 128 bits, over RGBA8, top row first
+//   0 0 1 -                                 frame, view, host frame; no hash before the ownship is placed
+//   1 0 2 5d3c...                           XXH3, 128 bits, over RGBA8, top row first
 //   ...
 //   end 2                                   number of frames
 #pragma once
@@ -25,6 +25,7 @@ namespace replay {
 
 struct FrameHash {
     uint64_t frame = 0;
+    uint32_t view = 0;
     uint64_t hostFrame = 0;
     std::string hash; // empty: the host had not placed the ownship yet
 };
