@@ -4,7 +4,9 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <map>
 #include <sstream>
 
 namespace config {
@@ -15,26 +17,29 @@ using ig::ErrorKind;
 using ig::fail;
 using ig::Result;
 
-// One key of the file: how it is described, and how a value gets into the settings.
+// One key of the file: how it is described, and how a value gets into the settings, or into an entry of
+// [[views]].
+template <class Target>
 struct Key {
     std::string name;
     std::string expected;
-    std::function<bool(const toml::node&, Settings&)> store; // false: not what is expected
-    std::function<bool(const Settings&, const Settings&)> same;
-    std::function<void(const Settings& from, Settings& to)> copy;
+    std::function<bool(const toml::node&, Target&)> store; // false: not what is expected
+    std::function<bool(const Target&, const Target&)> same;
+    std::function<void(const Target& from, Target& to)> copy;
     bool live = false; // may change while the program runs
 };
 
 // The parts of a key that follow from where its value is kept.
-template <class Access>
-Key reachedBy(Access access, Key key)
+template <class Target, class Access>
+Key<Target> reachedBy(Access access, Key<Target> key)
 {
-    key.same = [=](const Settings& a, const Settings& b) { return access(a) == access(b); };
-    key.copy = [=](const Settings& from, Settings& to) { access(to) = access(from); };
+    key.same = [=](const Target& a, const Target& b) { return access(a) == access(b); };
+    key.copy = [=](const Target& from, Target& to) { access(to) = access(from); };
     return key;
 }
 
-Key live(Key key)
+template <class Target>
+Key<Target> live(Key<Target> key)
 {
     key.live = true;
     return key;
@@ -52,125 +57,135 @@ std::string range(double low, double high, const char* unit)
     return shortNumber(low) + " to " + shortNumber(high) + (*unit != '\0' ? " " : "") + unit;
 }
 
-template <class Access>
-Key number(const char* name, double low, double high, const char* unit, Access access)
+template <class Target = Settings, class Access>
+Key<Target> number(const char* name, double low, double high, const char* unit, Access access)
 {
-    return reachedBy(access, {name,
+    return reachedBy<Target>(access,
+                             {name,
                               "a number, " + range(low, high, unit),
-                              [=](const toml::node& node, Settings& settings) {
+                              [=](const toml::node& node, Target& target) {
                                   const auto value = node.value<double>();
                                   if (!value || node.is_boolean() || !(*value >= low && *value <= high)) {
                                       return false;
                                   }
-                                  access(settings) = *value;
+                                  access(target) = *value;
                                   return true;
                               },
                               {},
                               {}});
 }
 
-template <class Access>
-Key integer(const char* name, int64_t low, int64_t high, const char* unit, Access access)
+template <class Target = Settings, class Access>
+Key<Target> integer(const char* name, int64_t low, int64_t high, const char* unit, Access access)
 {
-    return reachedBy(access, {name,
-                              "an integer, " + std::to_string(low) + " to " + std::to_string(high) +
-                                  (*unit != '\0' ? " " : "") + unit,
-                              [=](const toml::node& node, Settings& settings) {
-                                  const auto* value = node.as_integer();
-                                  if (value == nullptr || value->get() < low || value->get() > high) {
-                                      return false;
-                                  }
-                                  access(settings) = value->get();
-                                  return true;
-                              },
-                              {},
-                              {}});
+    return reachedBy<Target>(access, {name,
+                                      "an integer, " + std::to_string(low) + " to " + std::to_string(high) +
+                                          (*unit != '\0' ? " " : "") + unit,
+                                      [=](const toml::node& node, Target& target) {
+                                          const auto* value = node.as_integer();
+                                          if (value == nullptr || value->get() < low || value->get() > high) {
+                                              return false;
+                                          }
+                                          access(target) = value->get();
+                                          return true;
+                                      },
+                                      {},
+                                      {}});
 }
 
-template <class Access>
-Key flag(const char* name, Access access)
+template <class Target = Settings, class Access>
+Key<Target> flag(const char* name, Access access)
 {
-    return reachedBy(access, {name,
-                              "true or false",
-                              [=](const toml::node& node, Settings& settings) {
-                                  const auto* value = node.as_boolean();
-                                  if (value == nullptr) {
-                                      return false;
-                                  }
-                                  access(settings) = value->get();
-                                  return true;
-                              },
-                              {},
-                              {}});
+    return reachedBy<Target>(access, {name,
+                                      "true or false",
+                                      [=](const toml::node& node, Target& target) {
+                                          const auto* value = node.as_boolean();
+                                          if (value == nullptr) {
+                                              return false;
+                                          }
+                                          access(target) = value->get();
+                                          return true;
+                                      },
+                                      {},
+                                      {}});
 }
 
-template <class Access>
-Key text(const char* name, const char* what, Access access)
+template <class Target = Settings, class Access>
+Key<Target> text(const char* name, const char* what, Access access)
 {
-    return reachedBy(access, {name,
-                              what,
-                              [=](const toml::node& node, Settings& settings) {
-                                  const auto* value = node.as_string();
-                                  if (value == nullptr) {
-                                      return false;
-                                  }
-                                  access(settings) = value->get();
-                                  return true;
-                              },
-                              {},
-                              {}});
+    return reachedBy<Target>(access, {name,
+                                      what,
+                                      [=](const toml::node& node, Target& target) {
+                                          const auto* value = node.as_string();
+                                          if (value == nullptr) {
+                                              return false;
+                                          }
+                                          access(target) = value->get();
+                                          return true;
+                                      },
+                                      {},
+                                      {}});
 }
 
-template <class Access>
-Key choice(const char* name, std::vector<std::string> words, Access access)
+template <class Target = Settings, class Access>
+Key<Target> choice(const char* name, std::vector<std::string> words, Access access)
 {
     std::string expected = "one of";
     for (const std::string& word : words) {
         expected += " \"" + word + "\"";
     }
-    return reachedBy(access, {name,
-                              expected,
-                              [=](const toml::node& node, Settings& settings) {
-                                  const auto* value = node.as_string();
-                                  if (value == nullptr ||
-                                      std::find(words.begin(), words.end(), value->get()) == words.end()) {
+    return reachedBy<Target>(access, {name,
+                                      expected,
+                                      [=](const toml::node& node, Target& target) {
+                                          const auto* value = node.as_string();
+                                          if (value == nullptr || std::find(words.begin(), words.end(),
+                                                                            value->get()) == words.end()) {
+                                              return false;
+                                          }
+                                          access(target) = value->get();
+                                          return true;
+                                      },
+                                      {},
+                                      {}});
+}
+
+template <class Target, class Access>
+Key<Target> sinkList(const char* name, Access access)
+{
+    return reachedBy<Target>(access,
+                             {name,
+                              "a list of \"png:DIR\", \"y4m:FILE\", \"raw:FILE\", \"shm:NAME\" or \"null\"",
+                              [=](const toml::node& node, Target& target) {
+                                  const auto* list = node.as_array();
+                                  if (list == nullptr) {
                                       return false;
                                   }
-                                  access(settings) = value->get();
+                                  std::vector<std::string> sinks;
+                                  for (const toml::node& item : *list) {
+                                      if (!item.is_string()) {
+                                          return false;
+                                      }
+                                      sinks.push_back(item.as_string()->get());
+                                  }
+                                  access(target) = std::move(sinks);
                                   return true;
                               },
                               {},
                               {}});
 }
 
-Key sinkList()
-{
-    return reachedBy([](auto& s) -> auto& { return s.output.sinks; },
-                     {"output.sinks",
-                      "a list of \"png:DIR\", \"y4m:FILE\", \"raw:FILE\", \"shm:NAME\" or \"null\"",
-                      [](const toml::node& node, Settings& settings) {
-                          const auto* list = node.as_array();
-                          if (list == nullptr) {
-                              return false;
-                          }
-                          std::vector<std::string> sinks;
-                          for (const toml::node& item : *list) {
-                              if (!item.is_string()) {
-                                  return false;
-                              }
-                              sinks.push_back(item.as_string()->get());
-                          }
-                          settings.output.sinks = std::move(sinks);
-                          return true;
-                      },
-                      {},
-                      {}});
-}
+// Limits that [view] and an entry of [[views]] share.
+constexpr int64_t kMostPixels = 16'384;
+constexpr double kLowestRateHz = 0.1, kHighestRateHz = 1000;
+constexpr double kNarrowestDeg = 0.001, kWidestDeg = 179;
+constexpr double kNearestM = 0.001, kFarthestNearM = 1'000;
+constexpr int64_t kFewestTriangles = 512, kMostTriangles = 1'000'000;
+constexpr int64_t kFewestRingSlots = 2, kMostRingSlots = 64;
 
-const std::vector<Key>& allKeys()
+const std::vector<Key<Settings>>& allKeys()
 {
-    static const std::vector<Key> keys = [] {
-        std::vector<Key> k;
+    static const std::vector<Key<Settings>> keys = [] {
+        std::vector<Key<Settings>> k;
         k.push_back(text(
             "terrain.file", "a string, path of an .ept dataset",
             [](auto& s) -> auto& { return s.terrain.file; }));
@@ -178,13 +193,13 @@ const std::vector<Key>& allKeys()
             "terrain.method", {"hybrid", "bintree", "geomip"},
             [](auto& s) -> auto& { return s.terrain.method; }));
         k.push_back(live(integer(
-            "terrain.triangle_budget", 512, 1'000'000, "triangles per frame",
+            "terrain.triangle_budget", kFewestTriangles, kMostTriangles, "triangles per frame",
             [](auto& s) -> auto& { return s.terrain.triangleBudget; })));
         k.push_back(number(
             "terrain.frame_time_ms", 0, 10'000, "milliseconds, 0 for a fixed budget",
             [](auto& s) -> auto& { return s.terrain.frameTimeMs; }));
         k.push_back(integer(
-            "terrain.smallest_triangle_budget", 512, 1'000'000, "triangles per frame",
+            "terrain.smallest_triangle_budget", kFewestTriangles, kMostTriangles, "triangles per frame",
             [](auto& s) -> auto& { return s.terrain.smallestTriangleBudget; }));
         k.push_back(live(number(
             "terrain.tolerance_px", 0, 1000, "pixels",
@@ -200,19 +215,29 @@ const std::vector<Key>& allKeys()
         k.push_back(integer(
             "view.id", 0, 65'535, "", [](auto& s) -> auto& { return s.view.id; }));
         k.push_back(integer(
-            "view.width", 1, 16'384, "pixels", [](auto& s) -> auto& { return s.view.width; }));
+            "view.width", 1, kMostPixels, "pixels", [](auto& s) -> auto& { return s.view.width; }));
         k.push_back(integer(
-            "view.height", 1, 16'384, "pixels", [](auto& s) -> auto& { return s.view.height; }));
+            "view.height", 1, kMostPixels, "pixels", [](auto& s) -> auto& { return s.view.height; }));
         k.push_back(number(
-            "view.rate_hz", 0.1, 1000, "frames per second", [](auto& s) -> auto& { return s.view.rateHz; }));
+            "view.rate_hz", kLowestRateHz, kHighestRateHz, "frames per second",
+            [](auto& s) -> auto& { return s.view.rateHz; }));
         k.push_back(number(
-            "view.fov_horizontal_deg", 0.001, 179, "degrees",
+            "view.fov_horizontal_deg", kNarrowestDeg, kWidestDeg, "degrees",
             [](auto& s) -> auto& { return s.view.fovHorizontalDeg; }));
         k.push_back(number(
-            "view.fov_vertical_deg", 0.001, 179, "degrees",
+            "view.fov_vertical_deg", kNarrowestDeg, kWidestDeg, "degrees",
             [](auto& s) -> auto& { return s.view.fovVerticalDeg; }));
         k.push_back(number(
-            "view.near_m", 0.001, 1'000, "metres", [](auto& s) -> auto& { return s.view.nearM; }));
+            "view.near_m", kNearestM, kFarthestNearM, "metres",
+            [](auto& s) -> auto& { return s.view.nearM; }));
+        k.push_back(number(
+            "view.yaw_deg", -180, 180, "degrees to the right",
+            [](auto& s) -> auto& { return s.view.yawDeg; }));
+        k.push_back(number(
+            "view.pitch_deg", -90, 90, "degrees up", [](auto& s) -> auto& { return s.view.pitchDeg; }));
+        k.push_back(number(
+            "view.roll_deg", -180, 180, "degrees, right side down",
+            [](auto& s) -> auto& { return s.view.rollDeg; }));
         k.push_back(choice(
             "shading.tint", {"hypsometric", "slope"}, [](auto& s) -> auto& { return s.shading.tint; }));
         k.push_back(number(
@@ -244,7 +269,8 @@ const std::vector<Key>& allKeys()
             "host.timeout_s", 0.01, 3600, "seconds", [](auto& s) -> auto& { return s.host.timeoutS; }));
         k.push_back(integer(
             "host.database", 1, 127, "", [](auto& s) -> auto& { return s.host.database; }));
-        k.push_back(sinkList());
+        k.push_back(sinkList<Settings>(
+            "output.sinks", [](auto& s) -> auto& { return s.output.sinks; }));
         k.push_back(live(text(
             "output.stats", "a string, path of a JSON file, empty for none",
             [](auto& s) -> auto& { return s.output.stats; })));
@@ -255,7 +281,7 @@ const std::vector<Key>& allKeys()
             "output.metrics", "a string, loopback ADDRESS:PORT, empty for none",
             [](auto& s) -> auto& { return s.output.metrics; }));
         k.push_back(integer(
-            "output.ring_slots", 2, 64, "frames in a shm:NAME",
+            "output.ring_slots", kFewestRingSlots, kMostRingSlots, "frames in a shm:NAME",
             [](auto& s) -> auto& { return s.output.ringSlots; }));
         k.push_back(flag(
             "output.depth", [](auto& s) -> auto& { return s.output.depth; }));
@@ -270,23 +296,97 @@ const std::vector<Key>& allKeys()
     return keys;
 }
 
+const std::vector<Key<ViewEntry>>& allViewKeys()
+{
+    static const std::vector<Key<ViewEntry>> keys = [] {
+        std::vector<Key<ViewEntry>> k;
+        k.push_back(integer<ViewEntry>(
+            "id", 0, 65'535, "", [](auto& v) -> auto& { return v.id; }));
+        k.push_back(integer<ViewEntry>(
+            "width", 1, kMostPixels, "pixels", [](auto& v) -> auto& { return v.width; }));
+        k.push_back(integer<ViewEntry>(
+            "height", 1, kMostPixels, "pixels", [](auto& v) -> auto& { return v.height; }));
+        k.push_back(number<ViewEntry>(
+            "rate_hz", kLowestRateHz, kHighestRateHz, "frames per second",
+            [](auto& v) -> auto& { return v.rateHz; }));
+        k.push_back(number<ViewEntry>(
+            "fov_horizontal_deg", kNarrowestDeg, kWidestDeg, "degrees",
+            [](auto& v) -> auto& { return v.fovHorizontalDeg; }));
+        k.push_back(number<ViewEntry>(
+            "fov_vertical_deg", kNarrowestDeg, kWidestDeg, "degrees",
+            [](auto& v) -> auto& { return v.fovVerticalDeg; }));
+        k.push_back(number<ViewEntry>(
+            "near_m", kNearestM, kFarthestNearM, "metres", [](auto& v) -> auto& { return v.nearM; }));
+        k.push_back(number<ViewEntry>(
+            "yaw_deg", -180, 180, "degrees to the right", [](auto& v) -> auto& { return v.yawDeg; }));
+        k.push_back(number<ViewEntry>(
+            "pitch_deg", -90, 90, "degrees up", [](auto& v) -> auto& { return v.pitchDeg; }));
+        k.push_back(number<ViewEntry>(
+            "roll_deg", -180, 180, "degrees, right side down", [](auto& v) -> auto& { return v.rollDeg; }));
+        k.push_back(live(integer<ViewEntry>(
+            "triangle_budget", kFewestTriangles, kMostTriangles, "triangles per frame",
+            [](auto& v) -> auto& { return v.triangleBudget; })));
+        k.push_back(live(number<ViewEntry>(
+            "tolerance_px", 0, 1000, "pixels", [](auto& v) -> auto& { return v.tolerancePx; })));
+        k.push_back(sinkList<ViewEntry>(
+            "sinks", [](auto& v) -> auto& { return v.sinks; }));
+        k.push_back(text<ViewEntry>(
+            "receipts", "a string, path of a JSON lines file, empty for none",
+            [](auto& v) -> auto& { return v.receipts; }));
+        k.push_back(integer<ViewEntry>(
+            "ring_slots", kFewestRingSlots, kMostRingSlots, "frames in a shm:NAME",
+            [](auto& v) -> auto& { return v.ringSlots; }));
+        k.push_back(flag<ViewEntry>(
+            "depth", [](auto& v) -> auto& { return v.depth; }));
+        return k;
+    }();
+    return keys;
+}
+
+std::string entryName(size_t index)
+{
+    return "views[" + std::to_string(index) + "]";
+}
+
 std::string place(const std::string& source, const toml::source_region& region)
 {
     return region.begin.line > 0 ? source + ":" + std::to_string(region.begin.line) : source;
 }
 
-Result<void> store(const std::string& name, const toml::node& node, const std::string& source,
-                   Settings& settings)
+// prefix: before the key's name in messages.
+template <class Target>
+Result<void> store(const std::vector<Key<Target>>& keys, const std::string& name, const std::string& prefix,
+                   const toml::node& node, const std::string& source, Target& target)
 {
-    const auto& keys = allKeys();
-    const auto key = std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == name; });
+    const auto key = std::find_if(keys.begin(), keys.end(), [&](const auto& k) { return k.name == name; });
     if (key == keys.end()) {
-        return fail(ErrorKind::usage, place(source, node.source()) + ": unknown key '" + name +
+        return fail(ErrorKind::usage, place(source, node.source()) + ": unknown key '" + prefix + name +
                                           "'; config/eyepoint.toml lists every key");
     }
-    if (!key->store(node, settings)) {
-        return fail(ErrorKind::usage,
-                    place(source, node.source()) + ": key '" + name + "': expected " + key->expected);
+    if (!key->store(node, target)) {
+        return fail(ErrorKind::usage, place(source, node.source()) + ": key '" + prefix + name +
+                                          "': expected " + key->expected);
+    }
+    return {};
+}
+
+Result<void> applyViews(const toml::node& node, const std::string& source, Settings& settings)
+{
+    const toml::array* list = node.as_array();
+    if (list == nullptr || !list->is_array_of_tables() || list->size() > kMostViews) {
+        return fail(ErrorKind::usage, place(source, node.source()) + ": key 'views': expected up to " +
+                                          std::to_string(kMostViews) + " sections [[views]]");
+    }
+    for (const toml::node& item : *list) {
+        ViewEntry entry;
+        const std::string prefix = entryName(settings.views.size()) + ".";
+        for (const auto& [key, value] : *item.as_table()) {
+            if (auto stored = store(allViewKeys(), std::string(key.str()), prefix, value, source, entry);
+                !stored) {
+                return stored;
+            }
+        }
+        settings.views.push_back(std::move(entry));
     }
     return {};
 }
@@ -295,15 +395,102 @@ Result<void> apply(const toml::table& file, const std::string& source, Settings&
 {
     for (const auto& [section, node] : file) {
         const std::string sectionName(section.str());
+        if (sectionName == "views") {
+            if (auto applied = applyViews(node, source, settings); !applied) {
+                return applied;
+            }
+            continue;
+        }
         const toml::table* table = node.as_table();
         if (table == nullptr) {
             return fail(ErrorKind::usage, place(source, node.source()) + ": key '" + sectionName +
                                               "' is outside a section such as [terrain]");
         }
         for (const auto& [key, value] : *table) {
-            if (auto stored = store(sectionName + "." + std::string(key.str()), value, source, settings);
+            if (auto stored =
+                    store(allKeys(), sectionName + "." + std::string(key.str()), "", value, source, settings);
                 !stored) {
                 return stored;
+            }
+        }
+    }
+    return {};
+}
+
+// The key that says something of a view, as the file has it.
+std::string keyOf(const Settings& settings, const View& view, const char* section, const char* key)
+{
+    return (settings.views.empty() ? std::string(section) : view.name) + "." + key;
+}
+
+Result<void> checkRates(const Settings& settings, const std::vector<View>& views)
+{
+    const double highestHz = std::max_element(views.begin(), views.end(), [](const View& a, const View& b) {
+                                 return a.rateHz < b.rateHz;
+                             })->rateHz;
+    for (const View& view : views) {
+        const double periods = highestHz / view.rateHz;
+        if (!(std::abs(periods - std::round(periods)) <= 1e-6 * periods)) {
+            return fail(ErrorKind::usage,
+                        keyOf(settings, view, "view", "rate_hz") + " is " + shortNumber(view.rateHz) +
+                            ", which does not divide the highest rate, " + shortNumber(highestHz) +
+                            ": take " + shortNumber(highestHz / std::floor(periods)) + " or " +
+                            shortNumber(highestHz / std::ceil(periods)));
+        }
+    }
+    return {};
+}
+
+Result<void> checkFrameTime(const Settings& settings, const std::vector<View>& views)
+{
+    if (!(settings.terrain.frameTimeMs > 0)) {
+        return {};
+    }
+    for (const View& view : views) {
+        if (settings.terrain.smallestTriangleBudget > view.triangleBudget) {
+            return fail(ErrorKind::usage, "terrain.smallest_triangle_budget is " +
+                                              std::to_string(settings.terrain.smallestTriangleBudget) +
+                                              ", above " +
+                                              keyOf(settings, view, "terrain", "triangle_budget") + ", " +
+                                              std::to_string(view.triangleBudget) + ": lower it");
+        }
+        if (settings.terrain.frameTimeMs > 1000.0 / view.rateHz) {
+            return fail(ErrorKind::usage,
+                        "terrain.frame_time_ms is " + shortNumber(settings.terrain.frameTimeMs) +
+                            ", longer than a frame at " + keyOf(settings, view, "view", "rate_hz") + ", " +
+                            shortNumber(view.rateHz) + ": lower one of them");
+        }
+    }
+    return {};
+}
+
+// What several views may not share.
+Result<void> checkApart(const Settings& settings, const std::vector<View>& views)
+{
+    if (settings.views.empty()) {
+        return {};
+    }
+    if (!settings.output.sinks.empty() || !settings.output.receipts.empty()) {
+        return fail(ErrorKind::usage,
+                    "output.sinks and output.receipts (--sink, --receipts) are those of a single view: with "
+                    "[[views]] give each entry its own sinks and receipts");
+    }
+    std::map<std::string, std::string> takenBy; // what only one may have
+    for (const View& view : views) {
+        std::vector<std::string> own{"id " + std::to_string(view.id)};
+        if (!view.receipts.empty()) {
+            own.push_back("the receipts file \"" + view.receipts + "\"");
+        }
+        for (const std::string& sink : view.sinks) {
+            if (sink != "null") {
+                own.push_back("the sink \"" + sink + "\"");
+            }
+        }
+        for (const std::string& what : own) {
+            const auto [taken, isFree] = takenBy.emplace(what, view.name);
+            if (!isFree) {
+                return fail(ErrorKind::usage, taken->second + " and " + view.name + " both have " + what +
+                                                  ": give one of them another");
             }
         }
     }
@@ -343,11 +530,11 @@ Result<void> assign(Settings& settings, std::string_view assignment)
         }
     };
     if (const auto table = parse(value)) {
-        return store(name, *table->get("value"), source, settings);
+        return store(allKeys(), name, "", *table->get("value"), source, settings);
     }
     toml::table unquoted;
     unquoted.insert("value", value);
-    return store(name, *unquoted.get("value"), source, settings);
+    return store(allKeys(), name, "", *unquoted.get("value"), source, settings);
 }
 
 Result<void> check(const Settings& settings)
@@ -357,29 +544,81 @@ Result<void> check(const Settings& settings)
             ErrorKind::usage,
             "no terrain: give --terrain FILE.ept or terrain.file; make one with eyepoint-terrain build");
     }
-    if (settings.terrain.frameTimeMs > 0) {
-        if (settings.terrain.smallestTriangleBudget > settings.terrain.triangleBudget) {
-            return fail(ErrorKind::usage, "terrain.smallest_triangle_budget is " +
-                                              std::to_string(settings.terrain.smallestTriangleBudget) +
-                                              ", above terrain.triangle_budget, " +
-                                              std::to_string(settings.terrain.triangleBudget) + ": lower it");
-        }
-        if (settings.terrain.frameTimeMs > 1000.0 / settings.view.rateHz) {
-            return fail(ErrorKind::usage, "terrain.frame_time_ms is " +
-                                              shortNumber(settings.terrain.frameTimeMs) +
-                                              ", longer than a frame at view.rate_hz, " +
-                                              shortNumber(settings.view.rateHz) + ": lower one of them");
-        }
+    const std::vector<View> views = viewsOf(settings);
+    if (auto apart = checkApart(settings, views); !apart) {
+        return apart;
     }
-    return {};
+    if (auto rates = checkRates(settings, views); !rates) {
+        return rates;
+    }
+    return checkFrameTime(settings, views);
+}
+
+std::vector<View> viewsOf(const Settings& settings)
+{
+    View only;
+    only.name = "view";
+    only.id = settings.view.id;
+    only.width = settings.view.width;
+    only.height = settings.view.height;
+    only.rateHz = settings.view.rateHz;
+    only.fovHorizontalDeg = settings.view.fovHorizontalDeg;
+    only.fovVerticalDeg = settings.view.fovVerticalDeg;
+    only.nearM = settings.view.nearM;
+    only.yawDeg = settings.view.yawDeg;
+    only.pitchDeg = settings.view.pitchDeg;
+    only.rollDeg = settings.view.rollDeg;
+    only.triangleBudget = settings.terrain.triangleBudget;
+    only.tolerancePx = settings.terrain.tolerancePx;
+    only.sinks = settings.output.sinks;
+    only.receipts = settings.output.receipts;
+    only.ringSlots = settings.output.ringSlots;
+    only.depth = settings.output.depth;
+    if (settings.views.empty()) {
+        return {only};
+    }
+    std::vector<View> views;
+    for (const ViewEntry& entry : settings.views) {
+        View view = only;
+        view.name = entryName(views.size());
+        view.id = entry.id.value_or(view.id);
+        view.width = entry.width.value_or(view.width);
+        view.height = entry.height.value_or(view.height);
+        view.rateHz = entry.rateHz.value_or(view.rateHz);
+        view.fovHorizontalDeg = entry.fovHorizontalDeg.value_or(view.fovHorizontalDeg);
+        view.fovVerticalDeg = entry.fovVerticalDeg.value_or(view.fovVerticalDeg);
+        view.nearM = entry.nearM.value_or(view.nearM);
+        view.yawDeg = entry.yawDeg.value_or(view.yawDeg);
+        view.pitchDeg = entry.pitchDeg.value_or(view.pitchDeg);
+        view.rollDeg = entry.rollDeg.value_or(view.rollDeg);
+        view.triangleBudget = entry.triangleBudget.value_or(view.triangleBudget);
+        view.tolerancePx = entry.tolerancePx.value_or(view.tolerancePx);
+        view.sinks = entry.sinks;
+        view.receipts = entry.receipts;
+        view.ringSlots = entry.ringSlots.value_or(view.ringSlots);
+        view.depth = entry.depth.value_or(view.depth);
+        views.push_back(std::move(view));
+    }
+    return views;
 }
 
 std::vector<Change> changes(const Settings& from, const Settings& to)
 {
     std::vector<Change> out;
-    for (const Key& key : allKeys()) {
+    for (const auto& key : allKeys()) {
         if (!key.same(from, to)) {
             out.push_back({key.name, key.live});
+        }
+    }
+    if (from.views.size() != to.views.size()) {
+        out.push_back({"views", false});
+        return out;
+    }
+    for (size_t i = 0; i < from.views.size(); ++i) {
+        for (const auto& key : allViewKeys()) {
+            if (!key.same(from.views[i], to.views[i])) {
+                out.push_back({entryName(i) + "." + key.name, key.live});
+            }
         }
     }
     return out;
@@ -387,9 +626,19 @@ std::vector<Change> changes(const Settings& from, const Settings& to)
 
 void applyLive(const Settings& from, Settings& to)
 {
-    for (const Key& key : allKeys()) {
+    for (const auto& key : allKeys()) {
         if (key.live) {
             key.copy(from, to);
+        }
+    }
+    if (from.views.size() != to.views.size()) {
+        return;
+    }
+    for (size_t i = 0; i < from.views.size(); ++i) {
+        for (const auto& key : allViewKeys()) {
+            if (key.live) {
+                key.copy(from.views[i], to.views[i]);
+            }
         }
     }
 }
@@ -397,8 +646,17 @@ void applyLive(const Settings& from, Settings& to)
 std::vector<KeyInfo> keys()
 {
     std::vector<KeyInfo> out;
-    for (const Key& key : allKeys()) {
+    for (const auto& key : allKeys()) {
         out.push_back({key.name, key.expected, key.live});
+    }
+    return out;
+}
+
+std::vector<KeyInfo> viewKeys()
+{
+    std::vector<KeyInfo> out;
+    for (const auto& key : allViewKeys()) {
+        out.push_back({"views." + key.name, key.expected, key.live});
     }
     return out;
 }

@@ -7,11 +7,25 @@
 #include "ig/base/result.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace config {
+
+// An entry of [[views]]: what it says over [view], [output] and [terrain]. Its sinks are its own.
+struct ViewEntry {
+    std::optional<int64_t> id, width, height;
+    std::optional<double> rateHz, fovHorizontalDeg, fovVerticalDeg, nearM;
+    std::optional<double> yawDeg, pitchDeg, rollDeg;
+    std::optional<int64_t> triangleBudget;
+    std::optional<double> tolerancePx;
+    std::vector<std::string> sinks;
+    std::string receipts;
+    std::optional<int64_t> ringSlots;
+    std::optional<bool> depth;
+};
 
 struct Settings {
     struct {
@@ -33,7 +47,11 @@ struct Settings {
         double fovHorizontalDeg = 72.0;
         double fovVerticalDeg = 45.0;
         double nearM = 0.5;
+        double yawDeg = 0;
+        double pitchDeg = 0;
+        double rollDeg = 0;
     } view;
+    std::vector<ViewEntry> views; // empty: the one that [view] and [output] describe
     struct {
         std::string tint = "hypsometric";
         double sunAzimuthDeg = 315.0;
@@ -74,6 +92,26 @@ ig::Result<Settings> load(const std::string& path);
 // Errors (usage) as load, with the assignment in place of file and line.
 ig::Result<void> assign(Settings& settings, std::string_view assignment);
 
+// A view with all that it is made from.
+struct View {
+    std::string name; // in messages: "view", or "views[0]" for the first entry
+    int64_t id = 0;
+    int64_t width = 0, height = 0;
+    double rateHz = 0;
+    double fovHorizontalDeg = 0, fovVerticalDeg = 0, nearM = 0;
+    double yawDeg = 0, pitchDeg = 0, rollDeg = 0;
+    int64_t triangleBudget = 0;
+    double tolerancePx = 0;
+    std::vector<std::string> sinks;
+    std::string receipts;
+    int64_t ringSlots = 0;
+    bool depth = false;
+};
+// All views, at least one, in the order of the file.
+std::vector<View> viewsOf(const Settings& settings);
+
+inline constexpr size_t kMostViews = 16;
+
 // What holds between several keys: errors (usage) name the key to change.
 ig::Result<void> check(const Settings& settings);
 
@@ -94,5 +132,7 @@ struct KeyInfo {
     bool live = false;    // may change while the program runs
 };
 std::vector<KeyInfo> keys();
+// The same of an entry of [[views]]; the names are "views.key".
+std::vector<KeyInfo> viewKeys();
 
 } // namespace config

@@ -18,6 +18,7 @@ set(gl_test_dir ${PROJECT_SOURCE_DIR}/tests/gl)
 add_executable(test_gl
   ${gl_test_dir}/main.cpp ${gl_test_dir}/test_golden.cpp ${gl_test_dir}/test_limits.cpp
   ${gl_test_dir}/test_page_lists.cpp ${gl_test_dir}/test_picture.cpp ${gl_test_dir}/test_precision.cpp
+  ${gl_test_dir}/test_projection.cpp
   ${gl_test_dir}/test_tile_morph.cpp ${gl_test_dir}/test_watertight.cpp)
 target_compile_features(test_gl PRIVATE cxx_std_20)
 set_target_properties(test_gl PROPERTIES CXX_EXTENSIONS OFF

@@ -146,6 +146,9 @@ glm::dvec2 onScreen(const ViewState& view, const glm::dvec3& place)
 {
     const glm::dvec3 eye = view.eyeFromEcef * (place - view.eye.m);
     const Frustum& f = view.frustum;
+    if (f.parallel) {
+        return {eye.x * view.widthPx / (f.right - f.left), eye.y * view.heightPx / (f.top - f.bottom)};
+    }
     return {eye.x / -eye.z * view.widthPx / (f.right - f.left),
             eye.y / -eye.z * view.heightPx / (f.top - f.bottom)};
 }
@@ -160,16 +163,19 @@ Measured measureError(test::TreeTerrain terrain, const DrawList& list, const Vie
 {
     terrain.morph = list.morph;
     const double alpha = pixelsPerRadian(view);
+    // The weights of a parallel view are those of an eye far behind it.
+    const glm::dvec3 backward = glm::transpose(view.eyeFromEcef)[2];
+    const glm::dvec3 weighs = view.eye.m + (view.frustum.parallel ? kParallelDistanceM : 0.0) * backward;
     Measured worst;
     for (const auto& posts : test::trianglesOf(terrain, list)) {
-        const std::array<glm::dvec3, 3> places{test::drawnPlace(terrain, posts[0], view.eye.m),
-                                               test::drawnPlace(terrain, posts[1], view.eye.m),
-                                               test::drawnPlace(terrain, posts[2], view.eye.m)};
+        const std::array<glm::dvec3, 3> places{test::drawnPlace(terrain, posts[0], weighs),
+                                               test::drawnPlace(terrain, posts[1], weighs),
+                                               test::drawnPlace(terrain, posts[2], weighs)};
         test::deviation(terrain, posts, places, [&](const glm::dvec3& truth, const glm::dvec3& drawn) {
             if (!isInView(view, truth)) {
                 return;
             }
-            const double d = std::max(glm::length(truth - view.eye.m), view.frustum.nearM);
+            const double d = std::max(glm::length(truth - view.eye.m), shortestDistanceM(view));
             worst.relativePx = std::max(worst.relativePx, alpha * glm::length(truth - drawn) / d);
             if ((view.eyeFromEcef * (drawn - view.eye.m)).z < 0) {
                 worst.screenPx =
@@ -384,6 +390,59 @@ TEST_CASE("the drawn, morphed surface is nowhere in view farther from the terrai
         }
     }
     CHECK(used > 0.3); // the bound is not idle
+}
+
+TEST_CASE("a parallel view is watertight, within the budget and the bound, and as fine far away as near")
+{
+    std::mt19937 random(14);
+    double used = 0;
+    for (const Named& named : terrains()) {
+        for (int i = 0; i < 12; ++i) {
+            ViewState view = randomView(named.terrain, random);
+            const double halfM = 200.0 * std::pow(4.0, i % 4);
+            view.frustum = {-halfM, 1.5 * halfM, -0.7 * halfM, 0.5 * halfM, 1.0, 1e6, true};
+            const uint32_t budget = i % 3 == 0 ? 300U : 20'000U;
+            const TreeSettings settings = settingsOf(budget, i % 2 == 0 ? 1.0F : 6.0F, i % 4 < 2);
+            const DrawList list = refine(named.terrain, view, settings);
+            INFO(named.name << " " << i << " tau " << list.stats.tauPx);
+            REQUIRE(list.stats.triangles <= budget);
+            REQUIRE(cracks(named.terrain, list, view) == 0);
+            REQUIRE(wronglyCovered(named.terrain, list, view) == 0);
+            const Measured measured = measureError(named.terrain, list, view);
+            REQUIRE(measured.screenPx <= list.stats.errorPx * 1.0001 + 1e-6);
+            used = std::max(used, measured.screenPx / list.stats.errorPx);
+            // Backing off uncovers what the near plane cut, and changes no size.
+            ViewState back = view;
+            back.eye.m += 40'000.0 * glm::transpose(view.eyeFromEcef)[2];
+            const DrawList again = refine(named.terrain, back, settings);
+            REQUIRE(again.stats.tauPx >= list.stats.tauPx);
+        }
+    }
+    CHECK(used > 0.3);
+}
+
+TEST_CASE("a parallel view that moves draws what an all-new selection would, frame by frame")
+{
+    const test::TreeTerrain& terrain = terrains().front().terrain;
+    for (const bool cullVertices : kMethods) {
+        const TreeSettings settings = settingsOf(20'000, 2.0F, cullVertices);
+        const auto selector = test::makeSelector(terrain, settings);
+        DrawList list;
+        uint32_t evaluated = 0;
+        for (int i = 0; i < 60; ++i) {
+            ViewState view = test::look(test::at(terrain.shape, terrain.shape.cols * (0.3 + 0.004 * i),
+                                                 terrain.shape.rows * 0.5, 3'000),
+                                        {0.02 * i, -kPi / 2 + 0.002 * i, 0});
+            view.frustum = {-900, 900, -500, 500, 1.0, 1e5, true};
+            selector->select(view, list);
+            const DrawList fresh = refine(terrain, view, settings);
+            REQUIRE(list.stats.triangles == fresh.stats.triangles);
+            REQUIRE(list.stats.tauPx == fresh.stats.tauPx);
+            REQUIRE(list.indices == fresh.indices);
+            evaluated += i > 0 && !cullVertices ? list.stats.verticesEvaluated : 0;
+        }
+        CHECK(evaluated < 60 * 20'000);
+    }
 }
 
 TEST_CASE("flat ground is a few triangles")

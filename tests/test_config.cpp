@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <sstream>
 
 namespace {
@@ -55,6 +56,10 @@ TEST_CASE("the shipped file lists every key, with the built-in default as its va
     CHECK(shipped->view.fovHorizontalDeg == builtIn.view.fovHorizontalDeg);
     CHECK(shipped->view.fovVerticalDeg == builtIn.view.fovVerticalDeg);
     CHECK(shipped->view.nearM == builtIn.view.nearM);
+    CHECK(shipped->view.yawDeg == builtIn.view.yawDeg);
+    CHECK(shipped->view.pitchDeg == builtIn.view.pitchDeg);
+    CHECK(shipped->view.rollDeg == builtIn.view.rollDeg);
+    CHECK(shipped->views.empty());
     CHECK(shipped->shading.tint == builtIn.shading.tint);
     CHECK(shipped->shading.sunAzimuthDeg == builtIn.shading.sunAzimuthDeg);
     CHECK(shipped->shading.sunElevationDeg == builtIn.shading.sunElevationDeg);
@@ -169,4 +174,121 @@ TEST_CASE("a frame time needs a range of budgets and must fit the rate")
     REQUIRE_FALSE(rate);
     CHECK_THAT(rate.error().message, Catch::Contains("terrain.frame_time_ms"));
     CHECK_THAT(rate.error().message, Catch::Contains("view.rate_hz"));
+}
+
+TEST_CASE("the shipped file lists every key of [[views]] in its comment, with marks for those that reload")
+{
+    std::ifstream file(EYEPOINT_SOURCE_DIR "/config/eyepoint.toml");
+    std::set<std::string> listed;
+    std::set<std::string> marked;
+    bool inside = false;
+    for (std::string line; std::getline(file, line);) {
+        inside = (inside || line == "# [[views]]") && line.starts_with("#");
+        if (inside && line.find(" = ") != std::string::npos) {
+            const std::string name = "views." + line.substr(2, line.find(" = ") - 2);
+            listed.insert(name);
+            if (line.ends_with("# *")) {
+                marked.insert(name);
+            }
+        }
+    }
+    std::set<std::string> keys;
+    std::set<std::string> live;
+    for (const config::KeyInfo& key : config::viewKeys()) {
+        keys.insert(key.name);
+        if (key.live) {
+            live.insert(key.name);
+        }
+    }
+    CHECK(listed == keys);
+    CHECK(marked == live);
+}
+
+TEST_CASE("entries of [[views]] override the sections, whatever the order in the file; none is one view")
+{
+    const TomlFile file("[[views]]\nid = 3\nwidth = 64\nrate_hz = 10\nsinks = [\"null\"]\n"
+                        "[[views]]\nid = 5\nyaw_deg = -60.5\ntolerance_px = 2.5\ndepth = true\n"
+                        "[view]\nwidth = 800\nheight = 50\nrate_hz = 30\n[terrain]\ntriangle_budget = 700\n");
+    auto settings = config::load(file.path());
+    REQUIRE(settings);
+    settings->terrain.file = "x.ept";
+    REQUIRE(config::assign(*settings, "view.height=60"));
+    CHECK(config::check(*settings));
+    const std::vector<config::View> views = config::viewsOf(*settings);
+    REQUIRE(views.size() == 2);
+    CHECK(views[0].id == 3);
+    CHECK(views[0].width == 64);
+    CHECK(views[0].height == 60);
+    CHECK(views[0].rateHz == 10);
+    CHECK(views[0].triangleBudget == 700);
+    CHECK(views[0].sinks == std::vector<std::string>{"null"});
+    CHECK(views[1].width == 800);
+    CHECK(views[1].yawDeg == -60.5);
+    CHECK(views[1].tolerancePx == 2.5);
+    CHECK(views[1].depth);
+    CHECK(views[1].sinks.empty());
+
+    config::Settings single;
+    single.view.id = 8;
+    single.output.sinks = {"png:x"};
+    REQUIRE(config::viewsOf(single).size() == 1);
+    CHECK(config::viewsOf(single)[0].id == 8);
+    CHECK(config::viewsOf(single)[0].sinks == single.output.sinks);
+}
+
+TEST_CASE("errors in [[views]] name file, line, entry and key")
+{
+    CHECK_THAT(errorOf("[[views]]\nid = 1\n[[views]]\nid = 2\nwidth = 0\n"),
+               Catch::Contains(".toml:5: key 'views[1].width': expected an integer, 1 to 16384 pixels"));
+    CHECK_THAT(errorOf("[[views]]\nsinks = \"null\"\n"), Catch::Contains(":2: key 'views[0].sinks'"));
+    CHECK_THAT(errorOf("[[views]]\nrate = 3\n"), Catch::Contains(":2: unknown key 'views[0].rate'"));
+    CHECK_THAT(errorOf("[views]\nid = 3\n"), Catch::Contains("key 'views': expected up to 16 sections"));
+    CHECK_THAT(errorOf("views = [1]\n"), Catch::Contains("key 'views'"));
+    std::string many;
+    for (int i = 0; i < 17; ++i) {
+        many += "[[views]]\nid = " + std::to_string(i) + "\n";
+    }
+    CHECK_THAT(errorOf(many), Catch::Contains("up to 16"));
+}
+
+TEST_CASE("views that get into each other's way, or whose rates do not fit, are refused with what to change")
+{
+    config::Settings settings;
+    settings.terrain.file = "x.ept";
+    settings.views.resize(2);
+    const auto refusal = [&] {
+        const auto checked = config::check(settings);
+        REQUIRE_FALSE(checked);
+        CHECK(checked.error().kind == ig::ErrorKind::usage);
+        return checked.error().message;
+    };
+    CHECK_THAT(refusal(), Catch::Contains("views[0] and views[1] both have id 0"));
+    settings.views[1].id = 1;
+    CHECK(config::check(settings));
+    settings.views[0].sinks = {"null", "png:x"};
+    settings.views[1].sinks = {"png:x", "null"};
+    CHECK_THAT(refusal(), Catch::Contains("\"png:x\""));
+    settings.views[1].sinks = {"png:y", "null"};
+    settings.views[0].receipts = settings.views[1].receipts = "r.jsonl";
+    CHECK_THAT(refusal(), Catch::Contains("r.jsonl"));
+    settings.views[1].receipts.clear();
+    settings.output.sinks = {"null"};
+    CHECK_THAT(refusal(), Catch::Contains("--sink"));
+    settings.output.sinks.clear();
+    for (const double rateHz : {60.0, 30.0, 20.0, 15.0, 12.0, 7.5, 60.0 / 7}) {
+        settings.views[1].rateHz = rateHz;
+        CHECK(config::check(settings));
+    }
+    settings.views[1].rateHz = 25.0;
+    CHECK_THAT(refusal(), Catch::Contains("views[1].rate_hz is 25") && Catch::Contains("take 30 or 20"));
+    settings.views[1].rateHz = 120.0; // the first one is the slower now
+    CHECK(config::check(settings));
+    settings.views[1].rateHz = 50.0;
+    CHECK_THAT(refusal(), Catch::Contains("views[1].rate_hz is 50") && Catch::Contains("take 60 or 30"));
+    settings.views[1].rateHz = 30.0;
+    settings.terrain.frameTimeMs = 20;
+    CHECK_THAT(refusal(), Catch::Contains("views[0].rate_hz"));
+    settings.terrain.frameTimeMs = 10;
+    settings.views[1].triangleBudget = 900;
+    CHECK_THAT(refusal(), Catch::Contains("views[1].triangle_budget, 900"));
 }

@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
@@ -65,7 +66,8 @@ TEST_CASE("every shipped set-up loads, and none but the reference is a list of d
         defaults.terrain.file = "world.ept";
         CHECK(config::changes(defaults, *settings).empty() == (entry.path().stem() == "eyepoint"));
     }
-    for (const char* name : {"eyepoint", "cpu-2core", "gpu-desktop", "embedded", "replay"}) {
+    for (const char* name :
+         {"eyepoint", "cpu-2core", "gpu-desktop", "embedded", "replay", "three-channels"}) {
         CHECK(names.count(name) == 1);
     }
 }
@@ -110,6 +112,49 @@ TEST_CASE("changes name the keys that differ, and only live ones are taken over"
     CHECK(before.terrain.triangleBudget == 9'000);
     CHECK(before.view.width == 1280);
     CHECK(before.output.sinks.empty());
+}
+
+TEST_CASE("the three channels of the set-up lie side by side, each with a sink of its own")
+{
+    const auto settings = config::load(kRoot + "/config/three-channels.toml");
+    REQUIRE(settings);
+    std::vector<config::View> views = config::viewsOf(*settings);
+    REQUIRE(views.size() == 3);
+    std::sort(views.begin(), views.end(), [](const auto& a, const auto& b) { return a.yawDeg < b.yawDeg; });
+    std::set<std::string> sinks;
+    for (size_t i = 0; i < 3; ++i) {
+        CHECK(views[i].width == 640);
+        CHECK(views[i].yawDeg ==
+              Approx(views[0].yawDeg + static_cast<double>(i) * views[i].fovHorizontalDeg));
+        CHECK(std::tan(views[i].fovVerticalDeg / 360 * 3.14159265) * 4 / 3 ==
+              Approx(std::tan(views[i].fovHorizontalDeg / 360 * 3.14159265)).epsilon(1e-3));
+        sinks.insert(views[i].sinks.begin(), views[i].sinks.end());
+    }
+    CHECK(sinks == std::set<std::string>{"shm:left", "shm:middle", "shm:right"});
+}
+
+TEST_CASE("several views reload what may change of each, by name, and only if they are the same views")
+{
+    config::Settings before;
+    before.views.resize(2);
+    config::Settings after = before;
+    after.views[1].triangleBudget = 7'000;
+    after.views[1].width = 320;
+    const auto changes = config::changes(before, after);
+    REQUIRE(changes.size() == 2);
+    CHECK(changes[0].name == "views[1].width");
+    CHECK_FALSE(changes[0].live);
+    CHECK(changes[1].name == "views[1].triangle_budget");
+    CHECK(changes[1].live);
+    config::applyLive(after, before);
+    CHECK(config::viewsOf(before)[1].triangleBudget == 7'000);
+    CHECK(config::viewsOf(before)[1].width == 1280);
+    after.views.pop_back();
+    after.views[0].triangleBudget = 900;
+    REQUIRE(config::changes(before, after).size() == 1);
+    CHECK(config::changes(before, after)[0].name == "views");
+    config::applyLive(after, before);
+    CHECK(config::viewsOf(before)[0].triangleBudget == 24'000);
 }
 
 TEST_CASE("the unit file starts, reloads, watches and stops the program as it wants to be treated")

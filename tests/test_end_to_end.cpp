@@ -416,6 +416,79 @@ TEST_CASE("the image generator draws without a host, and stops by itself after -
     CHECK_FALSE(std::filesystem::exists(frameName(dir, 5)));
 }
 
+TEST_CASE(
+    "two views from one process: each its own frames, the same pixels as a process of its own, pages once")
+{
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    // A budget that the tolerance does not need: what is drawn follows from the view alone.
+    const std::string shared = "[terrain]\nfile = \"" + terrain +
+                               "\"\ntolerance_px = 3.0\ntriangle_budget = 60000\npage_slots = 128\n";
+    const auto run = [&](const std::string& name, const std::string& views) {
+        std::ofstream(dir.file(name + ".toml")) << shared << views;
+        Generator ig(dir, {"--config", dir.file(name + ".toml"), "--frames", "12", "--stats",
+                           dir.file(name + ".json")});
+        CHECK(ig.process.wait(100) == 0);
+        INFO(readFile(ig.errFile));
+        return nlohmann::json::parse(readFile(dir.file(name + ".json")));
+    };
+    const auto sinks = [&](const std::string& name) {
+        return "sinks = [\"png:" + dir.file(name) + "\"]\nreceipts = \"" + dir.file(name + ".jsonl") + "\"\n";
+    };
+    const auto newest = [&](const std::string& name) {
+        long frames = 0;
+        for (const auto& entry : std::filesystem::directory_iterator(dir.file(name))) {
+            frames += entry.path().extension() == ".png" ? 1 : 0;
+        }
+        std::array<char, 32> file{};
+        std::snprintf(file.data(), file.size(), "/frame_%06ld.png", frames - 1);
+        return std::pair{frames, *ig::out::readPng(dir.file(name) + file.data())};
+    };
+    const std::string large = "width = 320\nheight = 180\nrate_hz = 20.0\nid = 7\n";
+    const std::string small = "width = 200\nheight = 150\nrate_hz = 10.0\nyaw_deg = 60.0\npitch_deg = -10.0\n"
+                              "fov_horizontal_deg = 40.0\nid = 2\n";
+    const auto both =
+        run("both", "[[views]]\n" + large + sinks("large") + "[[views]]\n" + small + sinks("small"));
+    const auto alone = run("alone", "[view]\n" + large + "[output]\n" + sinks("large_alone"));
+    const auto other = run("other", "[view]\n" + small + "[output]\n" + sinks("small_alone"));
+
+    REQUIRE(both["views"].size() == 2);
+    CHECK(both["frames"] == 12);
+    const auto figure = [&](int view, const char* key) { return both["views"][view][key].get<int>(); };
+    CHECK(figure(0, "frames") == 12);
+    const int slots = 12 + figure(0, "missed");
+    CHECK(std::abs(figure(1, "frames") + figure(1, "missed") - (slots + 1) / 2) <= 1);
+    CHECK(both["views"][0]["triangles"]["frames_over_budget"] == 0);
+    for (const auto& [index, name, id, width, height] :
+         {std::tuple{0, "large", 7, 320, 180}, std::tuple{1, "small", 2, 200, 150}}) {
+        CAPTURE(name);
+        const auto [frames, picture] = newest(name);
+        const auto [framesAlone, pictureAlone] = newest(std::string(name) + "_alone");
+        CHECK(frames == figure(index, "frames"));
+        CHECK(both["views"][index]["id"] == id);
+        CHECK(picture.widthPx == width);
+        CHECK(picture.heightPx == height);
+        CHECK(picture.rgba == pictureAlone.rgba);
+        const Colour all = meanOf(picture, 0, height);
+        CHECK(all.red + all.green + all.blue > 100);
+        std::istringstream receipts(readFile(dir.file(std::string(name) + ".jsonl")));
+        int number = 0;
+        for (std::string line; std::getline(receipts, line); ++number) {
+            const auto receipt = nlohmann::json::parse(line);
+            CHECK(receipt["frame"] == number);
+            CHECK(receipt["view_id"] == id);
+            CHECK(receipt["width_px"] == width);
+        }
+        CHECK(number == frames);
+    }
+    // Neither pages nor programs twice.
+    const auto gpu = [](const nlohmann::json& stats) { return stats["gpu_bytes"].get<double>(); };
+    CHECK(gpu(both) < 0.6 * (gpu(alone) + gpu(other)));
+    CHECK(both["resident_pages"].get<int>() <=
+          alone["resident_pages"].get<int>() + other["resident_pages"].get<int>());
+    CHECK(alone["views"].size() == 1);
+}
+
 TEST_CASE("every mistake ends with its exit code and one line that says what and where")
 {
     const test::TempDir dir;

@@ -179,6 +179,78 @@ TEST_CASE("the projection puts the frustum's edges on the picture's and depth fr
     CHECK(project(0, 0, -1e30).z == Approx(0).margin(1e-6));
 }
 
+TEST_CASE("a far plane is where depth is 0, and depth and distance are each other's inverse")
+{
+    for (const bool parallel : {false, true}) {
+        Frustum frustum{-0.3, 0.7, -0.2, 0.4, 2.0, 900.0, parallel};
+        const glm::mat4 clip = clipFromEye(frustum);
+        for (const double distanceM : {2.0, 2.5, 40.0, 700.0, 899.9}) {
+            const glm::vec4 p = clip * glm::vec4(0.1, 0.1, -distanceM, 1.0);
+            const double depth = static_cast<double>(p.z / p.w);
+            CHECK(depth > 0);
+            CHECK(depth < 1 + 1e-6);
+            CHECK(distanceOfDepth(frustum, depth) == Approx(distanceM).epsilon(1e-3));
+        }
+        CHECK((clip * glm::vec4(0.0, 0.0, -900.0, 1.0)).z == Approx(0).margin(1e-4));
+        CHECK((clip * glm::vec4(0.0, 0.0, -901.0, 1.0)).z < 0);
+        CHECK(std::isinf(distanceOfDepth(frustum, 0.0)));
+        if (parallel) { // the box's corners are the picture's, at any distance
+            const glm::vec4 corner = clip * glm::vec4(0.7, -0.2, -500.0, 1.0);
+            CHECK(corner.x == Approx(1));
+            CHECK(corner.y == Approx(-1));
+            CHECK(corner.w == 1);
+        }
+    }
+    const Frustum endless{-0.3, 0.7, -0.2, 0.4, 2.0};
+    CHECK(distanceOfDepth(endless, 0.25) == 8.0);
+}
+
+TEST_CASE("a parallel view's size on screen is the same at every distance, and its planes are a box")
+{
+    ViewState view;
+    view.eye = toEcef(degrees(57, -5, 900));
+    view.eyeFromEcef =
+        eyeFromEcefOfView(ecefFromNed(57 * kRadPerDeg, -5 * kRadPerDeg) * parentFromChild({1.0, -0.2, 0.4}));
+    view.frustum = {-30, 70, -20, 40, 2.0, 5'000, true};
+    view.widthPx = 400;
+    view.heightPx = 120;
+    CHECK(pixelsPerRadian(view) / shortestDistanceM(view) == Approx(4)); // pixels a metre
+    const auto planes = frustumPlanes(view);
+    const glm::dmat3 ecefFromEye = glm::transpose(view.eyeFromEcef);
+    for (double x = -101; x <= 101; x += 9.3) {
+        for (double y = -63; y <= 63; y += 8.7) {
+            for (const double z : {0.5, -1.0, -2.5, -1000.0}) {
+                const bool expected = z <= -2.0 && x > -30 && x < 70 && y > -20 && y < 40;
+                const bool got = std::all_of(planes.begin(), planes.end(), [&](const glm::dvec4& plane) {
+                    return glm::dot(glm::dvec3(plane), ecefFromEye * glm::dvec3(x, y, z)) + plane.w >= 0;
+                });
+                CHECK(got == expected);
+            }
+        }
+    }
+}
+
+TEST_CASE("the ground of a parallel view lies before its far plane, and not much before it")
+{
+    for (const double heightM : {100.0, 20'000.0, 3e6}) {
+        for (const double halfM : {200.0, 50'000.0, 5e6}) {
+            ViewState view;
+            view.eye = toEcef(degrees(40, 7, heightM));
+            view.eyeFromEcef = eyeFromEcefOfView(ecefFromNed(40 * kRadPerDeg, 7 * kRadPerDeg) *
+                                                 parentFromChild({0.3, -kPi / 2, 0}));
+            view.frustum = {-halfM, halfM, -0.5 * halfM, 0.5 * halfM, 1.0, 2.0, true};
+            const double farM = farthestGroundM(view, kWgs84);
+            // Straight down: the ground under the corner sinks by the sphere's sag.
+            const double radiusM = 6'378'137;
+            const double cornerM = std::hypot(halfM, 0.5 * halfM);
+            const double groundM = heightM + radiusM - std::sqrt(radiusM * radiusM - cornerM * cornerM);
+            CAPTURE(heightM, halfM);
+            CHECK(farM > groundM + 400);
+            CHECK(farM < 1.05 * groundM + 60'000);
+        }
+    }
+}
+
 TEST_CASE("the frustum planes hold exactly what projects into the picture")
 {
     ViewState view;

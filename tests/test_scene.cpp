@@ -201,3 +201,83 @@ TEST_CASE("a placement for a group moves every view of the group and no other")
     CHECK(glm::length(world.viewState(2, 16, 16)->eye.m - origin) == Approx(50));
     CHECK(glm::length(world.viewState(3, 16, 16)->eye.m - origin) < 1e-9);
 }
+
+TEST_CASE("a parallel view has the box that its angles make at the near plane, and a mirror stays with it")
+{
+    World world(kWgs84, {});
+    REQUIRE(world.set(ownship()) == Applied::yes);
+    ViewShape shape;
+    shape.view = 4;
+    shape.parallel = true;
+    shape.mirrorX = true;
+    shape.nearM = 100.0;
+    shape.leftRad = -std::atan(2.0);
+    shape.rightRad = std::atan(3.0);
+    shape.bottomRad = -std::atan(0.5);
+    shape.topRad = std::atan(1.0);
+    REQUIRE(world.set(shape) == Applied::yes);
+    const auto view = world.viewState(4, 50, 15);
+    CHECK(view->frustum.parallel);
+    CHECK(view->frustum.left == Approx(-200));
+    CHECK(view->frustum.right == Approx(300));
+    CHECK(view->frustum.bottom == Approx(-50));
+    CHECK(view->frustum.top == Approx(100));
+    CHECK(view->frustum.farM == farthestGroundM(*view, kWgs84));
+    CHECK(view->mirrorX);
+    CHECK_FALSE(view->mirrorY);
+
+    shape.farM = 5'000.0;
+    REQUIRE(world.set(shape) == Applied::yes);
+    CHECK(world.viewState(4, 50, 15)->frustum.farM == 5'000.0);
+    shape.farM = 50.0; // before the near plane
+    CHECK(world.set(shape) == Applied::outOfRange);
+    shape.farM.reset();
+    shape.parallel = shape.mirrorX = false;
+    shape.mirrorY = true;
+    REQUIRE(world.set(shape) == Applied::yes);
+    const auto changed = world.viewState(4, 50, 15);
+    CHECK_FALSE(changed->frustum.parallel);
+    CHECK(changed->frustum.left == Approx(-2));
+    CHECK(changed->frustum.farM == 5'000.0); // kept
+    CHECK(changed->mirrorY);
+    CHECK_FALSE(changed->mirrorX);
+    CHECK_FALSE(world.viewState(5, 50, 15)->frustum.parallel); // others are as they were
+}
+
+TEST_CASE("each view has its own defaults, entity and place in the world, also after a reset")
+{
+    World world(kWgs84, {});
+    ViewDefaults right;
+    right.rightRad = 0.5;
+    right.attitude.yawRad = kPi / 2;
+    world.setDefaults(2, right);
+    for (int round = 0; round < 2; ++round) {
+        EntityState level;
+        level.position = {0.8, 0.2, 1'000};
+        REQUIRE(world.set(level) == Applied::yes);
+        const glm::dmat3 axes = ecefFromNed(0.8, 0.2);
+        const auto forward = [&](uint16_t view) {
+            return glm::transpose(axes) *
+                   (glm::transpose(world.viewState(view, 16, 16)->eyeFromEcef) * glm::dvec3(0, 0, -1));
+        };
+        CHECK(glm::length(forward(0) - glm::dvec3(1, 0, 0)) < 1e-9); // north
+        CHECK(glm::length(forward(2) - glm::dvec3(0, 1, 0)) < 1e-9); // east
+        CHECK(world.viewState(2, 16, 16)->frustum.right == Approx(std::tan(0.5)));
+        // A camera that stands in the world is a top-level entity of its own.
+        EntityState camera;
+        camera.id = 9;
+        camera.position = {0.9, 0.3, 50};
+        REQUIRE(world.set(camera) == Applied::yes);
+        ViewPlacement onCamera;
+        onCamera.view = 2;
+        onCamera.entity = 9;
+        onCamera.yawRad = 0.0;
+        REQUIRE(world.set(onCamera) == Applied::yes);
+        CHECK(glm::length(world.viewState(2, 16, 16)->eye.m - toEcef(camera.position).m) < 1e-6);
+        CHECK(glm::length(world.viewState(0, 16, 16)->eye.m - toEcef(level.position).m) < 1e-6);
+        world.destroy(0); // takes only the views that sit on it
+        CHECK(world.viewState(2, 16, 16));
+        CHECK_FALSE(world.viewState(0, 16, 16));
+        world.reset();
+    }
+}

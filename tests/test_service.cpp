@@ -211,24 +211,29 @@ TEST_CASE("a log line is keys and values on one line, whatever the values hold")
 
 TEST_CASE("metrics count every frame once, in its step")
 {
-    app::Metrics metrics;
+    const app::MetricsLabels labels{{3, 4}, {{3, "png:a\"b"}, {4, "null"}}};
+    app::Metrics metrics = app::metricsFor(labels);
     app::FrameStats frame;
     for (const int64_t ms : {0, 1, 3, 15, 16, 40, 5000}) {
         frame.frameNs = ms * 1'000'000;
         frame.transportDelayNs = ms == 15 ? 20'000'000 : -1;
         frame.lod.tilesMissing = ms == 40 ? 2 : 0;
-        metrics.add(frame);
+        metrics.views[0].add(frame);
     }
     metrics.sinks = {{{5, 2}, true}, {{0, 0}, false}};
-    const std::string text = app::metricsText(metrics, {"png:a\"b", "null"});
-    for (const char* line :
-         {"eyepoint_frames_total 7\n", "eyepoint_frame_seconds_bucket{le=\"0.001\"} 2\n",
-          "eyepoint_frame_seconds_bucket{le=\"0.004\"} 3\n",
-          "eyepoint_frame_seconds_bucket{le=\"0.0167\"} 5\n", "eyepoint_frame_seconds_bucket{le=\"0.1\"} 6\n",
-          "eyepoint_frame_seconds_bucket{le=\"+Inf\"} 7\n", "eyepoint_frame_seconds_count 7\n",
-          "eyepoint_transport_delay_seconds_count 1\n", "eyepoint_frames_with_missing_tiles_total 1\n",
-          "eyepoint_sink_dropped_total{sink=\"png:a\\\"b\"} 2\n", "eyepoint_sink_up{sink=\"null\"} 0\n",
-          "eyepoint_sink_up{sink=\"png:a\\\"b\"} 1\n"}) {
+    const std::string text = app::metricsText(metrics, labels);
+    for (const char* line : {"eyepoint_frames_total{view=\"3\"} 7\n", "eyepoint_frames_total{view=\"4\"} 0\n",
+                             "eyepoint_frame_seconds_bucket{view=\"3\",le=\"0.001\"} 2\n",
+                             "eyepoint_frame_seconds_bucket{view=\"3\",le=\"0.004\"} 3\n",
+                             "eyepoint_frame_seconds_bucket{view=\"3\",le=\"0.0167\"} 5\n",
+                             "eyepoint_frame_seconds_bucket{view=\"3\",le=\"0.1\"} 6\n",
+                             "eyepoint_frame_seconds_bucket{view=\"3\",le=\"+Inf\"} 7\n",
+                             "eyepoint_frame_seconds_count{view=\"3\"} 7\n",
+                             "eyepoint_transport_delay_seconds_count{view=\"3\"} 1\n",
+                             "eyepoint_frames_with_missing_tiles_total{view=\"3\"} 1\n",
+                             "eyepoint_sink_dropped_total{view=\"3\",sink=\"png:a\\\"b\"} 2\n",
+                             "eyepoint_sink_up{view=\"4\",sink=\"null\"} 0\n",
+                             "eyepoint_sink_up{view=\"3\",sink=\"png:a\\\"b\"} 1\n"}) {
         CHECK_THAT(text, Contains(line));
     }
     // Every sample has its TYPE, every TYPE stands once.
@@ -252,17 +257,16 @@ TEST_CASE("metrics count every frame once, in its step")
 
 TEST_CASE("metrics are answered on the loopback; everything else is refused in words")
 {
-    auto server = app::MetricsServer::start("127.0.0.1:0", {"null"});
+    auto server = app::MetricsServer::start("127.0.0.1:0", {{0}, {{0, "null"}}});
     REQUIRE(server);
     const uint16_t port = (*server)->local().port;
-    app::Metrics metrics;
-    metrics.frames = 4711;
-    metrics.sinks.resize(1);
+    app::Metrics metrics = app::metricsFor({{0}, {{0, "null"}}});
+    metrics.views[0].frames = 4711;
     (*server)->offer(metrics);
     const std::string page = ask(port, "GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n");
     CHECK(page.starts_with("HTTP/1.1 200 OK\r\n"));
     CHECK_THAT(page, Contains("text/plain; version=0.0.4") && Contains("\r\n\r\n# HELP eyepoint_"));
-    CHECK_THAT(page, Contains("eyepoint_frames_total 4711\n"));
+    CHECK_THAT(page, Contains("eyepoint_frames_total{view=\"0\"} 4711\n"));
     const size_t body = page.find("\r\n\r\n") + 4;
     CHECK_THAT(page, Contains("Content-Length: " + std::to_string(page.size() - body) + "\r\n"));
     CHECK_THAT(ask(port, "GET / HTTP/1.1\r\n\r\n"), Contains(" 404 "));
@@ -283,16 +287,17 @@ TEST_CASE("metrics are answered on the loopback; everything else is refused in w
 
 TEST_CASE("clients that say nothing are let go, and handing over never waits for one")
 {
-    auto server = app::MetricsServer::start("127.0.0.1:0", {});
+    auto server = app::MetricsServer::start("127.0.0.1:0", {{0}, {}});
     REQUIRE(server);
     const uint16_t port = (*server)->local().port;
     const int silent = connectTo(port);
-    app::Metrics metrics;
+    app::Metrics metrics = app::metricsFor({{0}, {}});
     for (uint64_t i = 0; i < 1000; ++i) {
-        metrics.frames = i;
+        metrics.views[0].frames = i;
         (*server)->offer(metrics);
     }
-    CHECK_THAT(ask(port, "GET /metrics HTTP/1.1\r\n\r\n"), Contains("eyepoint_frames_total 999\n"));
+    CHECK_THAT(ask(port, "GET /metrics HTTP/1.1\r\n\r\n"),
+               Contains("eyepoint_frames_total{view=\"0\"} 999\n"));
     CHECK(readToEnd(silent).empty()); // closed by the server
     const int last = connectTo(port);
     server->reset(); // ends in spite of an open connection

@@ -31,4 +31,18 @@ int64_t FrameSchedule::nextStartNs(int64_t finishedNs) noexcept
     return slotStartNs(next);
 }
 
+bool SlotTurns::take(uint64_t slot) noexcept
+{
+    if (slot < _first) {
+        return false;
+    }
+    const uint64_t turn = (slot - _first) / _every;
+    if (turn < _next) {
+        return false;
+    }
+    _missed += turn - _next;
+    _next = turn + 1;
+    return true;
+}
+
 } // namespace ig::app

@@ -9,7 +9,8 @@
 namespace ig::app {
 
 struct FrameStats {
-    uint64_t number = 0;
+    uint64_t number = 0; // of its view's frames
+    uint32_t view = 0;   // its place among the views of the process
     // Wall time of the stages, ns. frameNs runs from the frame's start until it is handed to the sinks;
     // waiting for the next slot does not count.
     int64_t frameNs = 0;

@@ -50,9 +50,12 @@ HostLink::HostLink(hostif::UdpSocket socket, const hostif::SessionOptions& optio
       _timing(settings.host.timing == "lockstep" ? Timing::lockstep
               : settings.host.timing == "sync"   ? Timing::sync
                                                  : Timing::async),
-      _timeoutS(settings.host.timeoutS), _drawnView(static_cast<uint16_t>(settings.view.id)),
+      _timeoutS(settings.host.timeoutS),
       _toWorld(_timing == Timing::async ? settings.host.extrapolationS : 0.0)
 {
+    for (const config::View& view : config::viewsOf(settings)) {
+        _drawnViews.push_back(static_cast<uint16_t>(view.id));
+    }
 }
 
 void HostLink::drain(double nowS)
@@ -121,16 +124,14 @@ void HostLink::noteUnsupported(const hostif::SessionEvent& event)
 {
     const auto* placement = std::get_if<hostif::ViewControl>(&event);
     const auto* shape = std::get_if<hostif::ViewDefinition>(&event);
-    if ((placement != nullptr && placement->groupId == 0 && placement->viewId != _drawnView) ||
-        (shape != nullptr && shape->viewId != _drawnView)) {
-        warnOnce(
-            _notedOtherView,
-            "the host controls a view that this image generator does not draw; set view.id to its number");
-    }
-    if (shape != nullptr && (shape->orthographic || shape->mirror != hostif::Mirror::none)) {
-        warnOnce(
-            _notedUnsupported,
-            "the host asks for an orthographic or mirrored view; it is drawn in perspective, not mirrored");
+    const auto isDrawn = [this](uint16_t view) {
+        return std::find(_drawnViews.begin(), _drawnViews.end(), view) != _drawnViews.end();
+    };
+    if ((placement != nullptr && placement->groupId == 0 && !isDrawn(placement->viewId)) ||
+        (shape != nullptr && !isDrawn(shape->viewId))) {
+        warnOnce(_notedOtherView,
+                 "the host controls a view that this image generator does not draw; set view.id to "
+                 "its number, or add it to [[views]]");
     }
     const auto* earth = std::get_if<hostif::EarthModelDefinition>(&event);
     if (earth != nullptr && earth->custom) {

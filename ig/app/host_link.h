@@ -20,6 +20,7 @@
 #include "ig/scene/world.h"
 
 #include <optional>
+#include <vector>
 
 namespace ig::app {
 
@@ -69,10 +70,10 @@ private:
     LogSink* _log;
     Timing _timing;
     double _timeoutS;
-    uint16_t _drawnView;
+    std::vector<uint16_t> _drawnViews; // ids
     ToWorld _toWorld;
     QueryService _queries;
-    bool _notedRefusal = false, _notedOtherView = false, _notedUnsupported = false, _notedEarth = false;
+    bool _notedRefusal = false, _notedOtherView = false, _notedEarth = false;
     std::optional<double> _newestArrivalS;
     std::optional<hostif::HostFrame> _newestFrame;
     uint64_t _refused = 0;

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "ig/app/image_generator.h"
 
-#include "ig/app/frame_receipt.h"
-#include "ig/app/log.h"
 #include "ig/app/steady_clock.h"
 #include "ig/geo/attitude.h"
-#include "ig/out/receipt_sink.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,21 +11,23 @@ namespace ig::app {
 
 namespace {
 
-scene::ViewDefaults viewDefaults(const config::Settings& settings)
+scene::ViewDefaults viewDefaults(const config::Settings& settings, const config::View& view)
 {
-    const double halfWidth = 0.5 * settings.view.fovHorizontalDeg * kRadPerDeg;
-    const double halfHeight = 0.5 * settings.view.fovVerticalDeg * kRadPerDeg;
-    return {-halfWidth, halfWidth,           -halfHeight,
-            halfHeight, settings.view.nearM, settings.shading.visibilityM};
+    const double halfWidth = 0.5 * view.fovHorizontalDeg * kRadPerDeg;
+    const double halfHeight = 0.5 * view.fovVerticalDeg * kRadPerDeg;
+    return {-halfWidth,
+            halfWidth,
+            -halfHeight,
+            halfHeight,
+            view.nearM,
+            {view.yawDeg * kRadPerDeg, view.pitchDeg * kRadPerDeg, view.rollDeg * kRadPerDeg},
+            settings.shading.visibilityM};
 }
 
 TerrainSettings terrainSettings(const config::Settings& settings)
 {
     TerrainSettings out;
-    out.selection.method = *lod::methodOf(settings.terrain.method);
-    out.selection.triangleBudget = static_cast<uint32_t>(settings.terrain.triangleBudget);
-    out.selection.tolerancePx = static_cast<float>(settings.terrain.tolerancePx);
-    out.selection.morph = settings.terrain.morph;
+    out.selection = selectionSettings(settings, config::viewsOf(settings).front());
     out.shading.tint = settings.shading.tint == "slope" ? data::ShadingSettings::Tint::slope
                                                         : data::ShadingSettings::Tint::hypsometric;
     out.shading.sunAzimuthRad = settings.shading.sunAzimuthDeg * kRadPerDeg;
@@ -42,8 +41,12 @@ TerrainSettings terrainSettings(const config::Settings& settings)
 gl::RendererSettings rendererSettings(const config::Settings& settings, const data::DatasetInfo& dataset)
 {
     gl::RendererSettings out;
-    out.widthPx = static_cast<int>(settings.view.width);
-    out.heightPx = static_cast<int>(settings.view.height);
+    const std::vector<config::View> views = config::viewsOf(settings);
+    out.widthPx = static_cast<int>(views.front().width);
+    out.heightPx = static_cast<int>(views.front().height);
+    for (size_t i = 1; i < views.size(); ++i) {
+        out.furtherPictures.push_back({static_cast<int>(views[i].width), static_cast<int>(views[i].height)});
+    }
     out.pageSlots = static_cast<uint32_t>(settings.terrain.pageSlots);
     out.holes = dataset.hasHoles;
     out.visibilityM = settings.shading.visibilityM;
@@ -51,34 +54,23 @@ gl::RendererSettings rendererSettings(const config::Settings& settings, const da
     return out;
 }
 
-out::SinkFormat sinkFormat(const config::Settings& settings)
-{
-    out::SinkFormat out;
-    out.widthPx = static_cast<int>(settings.view.width);
-    out.heightPx = static_cast<int>(settings.view.height);
-    out.rateHz = settings.view.rateHz;
-    out.ringSlots = static_cast<int>(settings.output.ringSlots);
-    out.depth = settings.output.depth;
-    out.clockNs = steadyNs;
-    return out;
-}
-
 // Above the summits; from much higher up haze would hide all of a large terrain.
 constexpr double kIdleHeightM = 3000;
 
 // Until the host says where the ownship is: above the middle of the terrain, looking north and down.
-ViewState idleView(const data::DatasetInfo& dataset, const config::Settings& settings)
+ViewState idleView(const data::DatasetInfo& dataset, const config::Settings& settings,
+                   const config::View& view)
 {
     const lod::TerrainShape& shape = dataset.shape;
     const double extentM = shape.latitudeStepRad * shape.rows * shape.ellipsoid.semiMajorM;
     const double heightM = dataset.maxHeightM + std::min(0.02 * extentM, kIdleHeightM);
-    scene::World world(shape.ellipsoid, viewDefaults(settings));
+    scene::World world(shape.ellipsoid, viewDefaults(settings, view));
     scene::EntityState eye;
     eye.position = {shape.northRad - 0.5 * shape.latitudeStepRad * (shape.rows - 1),
                     shape.westRad + 0.5 * shape.longitudeStepRad * (shape.cols - 1), heightM};
     eye.attitude.pitchRad = -20.0 * kRadPerDeg;
     (void)world.set(eye);
-    return *world.viewState(0, static_cast<int>(settings.view.width), static_cast<int>(settings.view.height));
+    return *world.viewState(0, static_cast<int>(view.width), static_cast<int>(view.height));
 }
 
 } // namespace
@@ -99,38 +91,35 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
     if (!context) {
         return Unexpected{context.error()};
     }
-    if (settings.output.depth && !context->info().readDepth) {
-        return fail(ErrorKind::graphics,
-                    "output.depth: " + context->info().renderer +
-                        " cannot read depth back (no GL_NV_read_depth); set it to false");
+    const std::vector<config::View> views = config::viewsOf(settings);
+    for (const config::View& view : views) {
+        if (view.depth && !context->info().readDepth) {
+            return fail(ErrorKind::graphics,
+                        (settings.views.empty() ? "output" : view.name) +
+                            ".depth: " + context->info().renderer +
+                            " cannot read depth back (no GL_NV_read_depth); set it to false");
+        }
     }
     auto renderer = gl::Renderer::create(*context, rendererSettings(settings, dataset->info()));
     if (!renderer) {
         return Unexpected{renderer.error()};
     }
-    std::vector<NamedSink> sinks;
-    for (const std::string& name : settings.output.sinks) {
-        auto sink = out::makeSink(name, sinkFormat(settings));
-        if (!sink) {
-            return Unexpected{sink.error()};
+    std::vector<std::vector<Channel::NamedSink>> sinks;
+    for (const config::View& view : views) {
+        auto opened = Channel::openSinks(view);
+        if (!opened) {
+            return Unexpected{opened.error()};
         }
-        sinks.push_back({name, std::move(*sink), {}});
-    }
-    // Last, so that its time of publishing is that of all sinks.
-    if (!settings.output.receipts.empty()) {
-        auto sink = out::makeReceiptSink(settings.output.receipts);
-        if (!sink) {
-            return Unexpected{sink.error()};
-        }
-        sinks.push_back({"receipts:" + settings.output.receipts, std::move(*sink), {}});
+        sinks.push_back(std::move(*opened));
     }
     std::unique_ptr<ImageGenerator> generator(new ImageGenerator(settings, log, std::move(*host),
                                                                  std::move(*context), std::move(*renderer),
                                                                  std::move(*dataset), std::move(sinks)));
-    if (auto loaded = generator->_terrainView.preload(generator->_view); !loaded) {
-        return Unexpected{loaded.error()};
+    for (const auto& channel : generator->_channels) {
+        if (auto warm = channel->warmUp(); !warm) {
+            return Unexpected{warm.error()};
+        }
     }
-    generator->warmUp();
     auto ground = data::HeightQuery::create(generator->_terrain.dataset());
     if (!ground) {
         return Unexpected{ground.error()};
@@ -143,164 +132,131 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
 
 ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, HostLink host,
                                gl::Context context, std::unique_ptr<gl::Renderer> renderer,
-                               data::Dataset dataset, std::vector<NamedSink> sinks)
-    : _settings(settings), _log(log), _host(std::move(host)), _context(std::move(context)),
+                               data::Dataset dataset, std::vector<std::vector<Channel::NamedSink>> sinks)
+    : _settings(settings), _host(std::move(host)), _context(std::move(context)),
       _renderer(std::move(renderer)),
       _terrain(std::move(dataset), terrainSettings(settings), *_renderer, log),
-      _terrainView(_terrain, terrainSettings(settings).selection, *_renderer),
-      _world(_terrain.info().shape.ellipsoid, viewDefaults(settings)),
-      _view(idleView(_terrain.info(), settings)), _sinks(std::move(sinks)),
-      _picture(static_cast<size_t>(settings.view.width * settings.view.height) * 4),
-      _depthM(settings.output.depth ? _picture.size() / 4 : 0)
+      _world(_terrain.info().shape.ellipsoid, viewDefaults(settings, config::viewsOf(settings).front()))
 {
-    if (settings.terrain.frameTimeMs > 0) {
-        const lod::BudgetControllerSettings control{
-            settings.terrain.frameTimeMs, static_cast<uint32_t>(settings.terrain.smallestTriangleBudget),
-            static_cast<uint32_t>(settings.terrain.triangleBudget)};
-        _timeControl.emplace(control, _terrain.info().shape.ellipsoid);
+    const std::vector<config::View> views = config::viewsOf(settings);
+    for (const config::View& view : views) {
+        _rateHz = std::max(_rateHz, view.rateHz);
     }
+    std::vector<uint64_t> everyOf;
+    for (size_t i = 0; i < views.size(); ++i) {
+        const auto every = static_cast<uint64_t>(std::llround(_rateHz / views[i].rateHz));
+        const auto before = static_cast<uint64_t>(std::count(everyOf.begin(), everyOf.end(), every));
+        everyOf.push_back(every);
+        if (views.size() > 1) {
+            _world.setDefaults(static_cast<uint16_t>(views[i].id), viewDefaults(settings, views[i]));
+        }
+        _channels.push_back(std::make_unique<Channel>(
+            settings, views[i], i, SlotTurns(every, before % every), _terrain, *_renderer, log,
+            idleView(_terrain.info(), settings, views[i]), std::move(sinks[i])));
+    }
+    _made.reserve(_channels.size());
 }
 
-void ImageGenerator::warmUp()
+std::span<const FrameStats> ImageGenerator::frame(int64_t startNs, uint64_t slot)
 {
-    FrameStats unused;
-    _terrainView.draw(_view, unused);
-    _renderer->read(_picture);
-}
-
-ViewState ImageGenerator::currentView(double displayS)
-{
-    const auto view =
-        _world.viewState(static_cast<uint16_t>(_settings.view.id), _view.widthPx, _view.heightPx, displayS);
-    // A host that destroys its ownship or resets leaves the last picture, not a black one.
-    return view.value_or(_view);
-}
-
-FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
-{
-    FrameStats stats;
-    stats.number = _frameNumber++;
+    FrameMoment moment;
+    moment.scheduleStartNs = moment.startNs = startNs;
+    moment.rateHz = _rateHz;
     const double nowS = static_cast<double>(startNs) * kSecondsPerNs;
     _host.receive(_world, nowS);
-    const double displayS =
-        nowS + 1.0 / _settings.view.rateHz; // the picture is out when the next frame begins
-    _host.answerQueries(_world, displayS);
+    moment.displayS = nowS + 1.0 / _rateHz; // the pictures are out when the next slot begins
+    _host.answerQueries(_world, moment.displayS);
     _host.answer(nowS);
-    _view = currentView(displayS);
-    stats.hostNs = steadyNs() - startNs;
-
-    if (_timeControl) {
-        _terrainView.setTriangleBudget(_timeControl->budgetFor(_view));
-    }
-    _terrainView.draw(_view, stats);
-    const int64_t drawn = steadyNs();
-    _renderer->read(_picture);
-    if (!_depthM.empty()) {
-        _renderer->readDepth(_depthM);
-    }
-    const int64_t readBack = steadyNs();
-    stats.readBackNs = readBack - drawn;
-    out::Receipt receipt = receiptOf(stats, _view, _terrain.info().shape.ellipsoid,
-                                     {startNs, startNs + stats.hostNs, readBack, _settings.view.rateHz},
-                                     _host.newestFrame(), _host.newestArrivalS().has_value());
-    receipt.view_id = static_cast<uint32_t>(_settings.view.id);
-    receipt.triangle_budget = stats.triangleBudget;
-    receipt.dataset_checksum = _terrain.info().checksum;
-    receipt.missed = missedFrames;
-    const hostif::SessionStats session = _host.sessionStats();
-    receipt.host_lost = session.lost;
-    receipt.host_late = session.late;
-    handOut(receipt);
-    const int64_t handedOut = steadyNs();
-    stats.sinkNs = handedOut - readBack;
+    moment.host = _host.newestFrame();
+    moment.session = _host.sessionStats();
     if (const auto arrivalS = _host.newestArrivalS()) {
-        stats.transportDelayNs = handedOut - static_cast<int64_t>(*arrivalS / kSecondsPerNs);
+        for (const auto& channel : _channels) {
+            channel->noteArrival(*arrivalS);
+        }
     }
-    if (_timeControl) {
-        _timeControl->look(_view, _picture);
+    const int64_t hostNs = steadyNs() - startNs;
+    moment.hostNs = hostNs;
+    _made.clear();
+    for (const auto& channel : _channels) {
+        if (channel->takeTurn(slot)) {
+            _made.push_back(channel->frame(_world, moment));
+            moment.startNs = steadyNs();
+            moment.hostNs = 0;
+        }
     }
-    stats.frameNs = steadyNs() - startNs;
-    if (_timeControl) {
-        _timeControl->observe(stats);
+    if (_channels.size() > 1) {
+        _together.add(together(hostNs, steadyNs() - startNs));
     }
-    _statistics.add(stats);
-    return stats;
+    return _made;
 }
 
-void ImageGenerator::handOut(out::Receipt& receipt)
+// A slot's frames as one.
+FrameStats ImageGenerator::together(int64_t hostNs, int64_t frameNs) const
 {
-    for (NamedSink& sink : _sinks) {
-        if (sink.sink) {
-            sink.stats = sink.sink->stats();
-        }
-        receipt.dropped += sink.stats.dropped;
+    FrameStats all;
+    all.hostNs = hostNs;
+    all.frameNs = frameNs;
+    for (const FrameStats& one : _made) {
+        all.selectNs += one.selectNs;
+        all.drawNs += one.drawNs;
+        all.readBackNs += one.readBackNs;
+        all.sinkNs += one.sinkNs;
+        all.loadNs += one.loadNs;
+        all.transportDelayNs = std::max(all.transportDelayNs, one.transportDelayNs);
+        all.lod.triangles += one.lod.triangles;
+        all.lod.tilesVisited += one.lod.tilesVisited;
+        all.lod.verticesEvaluated += one.lod.verticesEvaluated;
+        all.lod.listsMade += one.lod.listsMade;
+        all.lod.tilesMissing += one.lod.tilesMissing;
+        all.lod.tilesJumped += one.lod.tilesJumped;
+        all.lod.errorPx = std::max(all.lod.errorPx, one.lod.errorPx);
+        all.lod.tauPx = std::max(all.lod.tauPx, one.lod.tauPx);
+        all.pageIns += one.pageIns;
+        all.bytesUploaded += one.bytesUploaded;
     }
-    const out::Frame frame{_view.widthPx, _view.heightPx, _picture, receipt.frame, _depthM, &receipt};
-    for (NamedSink& sink : _sinks) {
-        if (!sink.sink) {
-            continue;
-        }
-        receipt.publish_ns = steadyNs();
-        if (const auto written = sink.sink->write(frame); !written) {
-            _log.write(
-                LogLevel::error,
-                logLine("sink_ended", {{"sink", sink.name},
-                                       {"reason", written.error().message},
-                                       {"remedy", "the other sinks go on; put it right and start again"}}));
-            sink.stats = sink.sink->stats();
-            (void)sink.sink->close(); // it has said all there is
-            sink.sink.reset();
-        }
+    // Of those that had no turn, too: it does not change with the turns.
+    for (const auto& channel : _channels) {
+        all.triangleBudget += channel->triangleBudget();
     }
+    return all;
 }
 
 void ImageGenerator::apply(const config::Settings& settings)
 {
     config::applyLive(settings, _settings);
-    const TerrainSettings terrain = terrainSettings(_settings);
-    _terrainView.reconfigure(terrain.selection);
-    _terrain.setPageLoadsPerFrame(terrain.pageLoadsPerFrame);
-    if (_timeControl) {
-        _timeControl->setLargestBudget(terrain.selection.triangleBudget);
+    _terrain.setPageLoadsPerFrame(static_cast<uint32_t>(_settings.terrain.pageLoadsPerFrame));
+    const std::vector<config::View> views = config::viewsOf(_settings);
+    for (size_t i = 0; i < _channels.size(); ++i) {
+        _channels[i]->apply(_settings, views[i]);
     }
 }
 
-void ImageGenerator::note(Metrics& metrics, uint64_t missedFrames) const
+void ImageGenerator::note(Metrics& metrics) const
 {
-    metrics.missedFrames = missedFrames;
-    metrics.triangleBudget = static_cast<uint32_t>(_settings.terrain.triangleBudget);
+    metrics.views.resize(_channels.size());
+    size_t sinks = 0;
+    for (size_t i = 0; i < _channels.size(); ++i) {
+        metrics.views[i].missedFrames = _channels[i]->missedFrames();
+        metrics.views[i].triangleBudget = static_cast<uint32_t>(_channels[i]->settings().triangleBudget);
+        _channels[i]->addSinks(metrics, sinks);
+    }
     metrics.note(_host.sessionStats());
-    metrics.sinks.resize(_sinks.size());
-    for (size_t i = 0; i < _sinks.size(); ++i) {
-        const NamedSink& sink = _sinks[i];
-        metrics.sinks[i] = {sink.sink ? sink.sink->stats() : sink.stats, sink.sink != nullptr};
-    }
 }
 
-std::vector<std::string> ImageGenerator::sinkNames() const
+MetricsLabels ImageGenerator::metricsLabels() const
 {
-    std::vector<std::string> names;
-    for (const NamedSink& sink : _sinks) {
-        names.push_back(sink.name);
+    MetricsLabels labels;
+    for (const auto& channel : _channels) {
+        labels.views.push_back(channel->id());
+        channel->addSinkNames(labels);
     }
-    return names;
+    return labels;
 }
 
 RunSummary ImageGenerator::finish(uint64_t missedFrames, double durationS)
 {
-    for (NamedSink& sink : _sinks) {
-        if (sink.sink) {
-            const out::SinkStats before = sink.sink->stats();
-            const auto closed = sink.sink->close();
-            sink.stats = closed ? *closed : before;
-            if (!closed) {
-                _log.write(LogLevel::error,
-                           logLine("sink_end_failed", {{"sink", sink.name},
-                                                       {"reason", closed.error().message},
-                                                       {"remedy", "its last frames are lost"}}));
-            }
-            sink.sink.reset();
-        }
+    for (const auto& channel : _channels) {
+        channel->finish();
     }
     return summary(missedFrames, durationS);
 }
@@ -308,13 +264,17 @@ RunSummary ImageGenerator::finish(uint64_t missedFrames, double durationS)
 RunSummary ImageGenerator::summary(uint64_t missedFrames, double durationS) const
 {
     RunSummary run;
-    for (const NamedSink& sink : _sinks) {
-        run.sinks.push_back({sink.name, sink.sink ? sink.sink->stats() : sink.stats});
+    for (const auto& channel : _channels) {
+        const config::View& view = channel->settings();
+        const auto budget = static_cast<uint32_t>(view.triangleBudget);
+        run.views.push_back({channel->id(), static_cast<int>(view.width), static_cast<int>(view.height),
+                             view.rateHz, channel->missedFrames(), budget, &channel->statistics()});
+        run.triangleBudget += budget;
+        channel->addSinks(run);
     }
-    run.rateHz = _settings.view.rateHz;
+    run.rateHz = _rateHz;
     run.durationS = durationS;
     run.missedFrames = missedFrames;
-    run.triangleBudget = static_cast<uint32_t>(_settings.terrain.triangleBudget);
     run.residentPages = _terrain.residentPages();
     run.damagedPages = _terrain.damagedPages();
     run.gpuBytes = _renderer->gpuBytes();
@@ -330,12 +290,16 @@ RunSummary ImageGenerator::summary(uint64_t missedFrames, double durationS) cons
 std::string ImageGenerator::description() const
 {
     const data::DatasetInfo& terrain = _terrain.info();
+    std::string views;
+    for (const auto& channel : _channels) {
+        const config::View& view = channel->settings();
+        views += "; view " + std::to_string(view.id) + ", " + std::to_string(view.width) + " x " +
+                 std::to_string(view.height);
+    }
     return "listening on " + hostif::toString(_host.local()) + " for " +
            (_settings.host.protocol == "auto" ? "CIGI 3, CIGI 4 or FGNetFDM" : _settings.host.protocol) +
            "; terrain " + std::to_string(terrain.shape.cols) + " x " + std::to_string(terrain.shape.rows) +
-           " posts; view " + std::to_string(_settings.view.id) + ", " + std::to_string(_settings.view.width) +
-           " x " + std::to_string(_settings.view.height) + "; " + _context.info().renderer + " (" +
-           _context.info().platform + ")";
+           " posts" + views + "; " + _context.info().renderer + " (" + _context.info().platform + ")";
 }
 
 } // namespace ig::app

@@ -1,28 +1,30 @@
 // SPDX-License-Identifier: MIT
 // ig/app: the image generator as a whole: host, world, terrain, picture, sinks, wired into one frame.
 //
-// One frame: receive and apply what the host said -> Start Of Frame out -> view at this instant -> triangle
-// budget that fits the frame time -> select, load what is missing, draw -> read back -> sinks.
+// One frame: receive and apply what the host said -> Start Of Frame out -> then for each view (channel.h)
+// whose turn it is: its state at this instant -> triangle budget that fits the frame time -> select, load
+// what is missing, draw -> read back -> sinks.
+//
+// Several views share context, programs and pages. The schedule runs at the highest of their rates, the
+// others take every second, third ... slot; those of the same rate take turns, so that slots cost alike.
 #pragma once
 
 #include "config/settings.h"
+#include "ig/app/channel.h"
 #include "ig/app/frame_stats.h"
-#include "ig/app/frame_time_control.h"
 #include "ig/app/host_link.h"
 #include "ig/app/metrics.h"
 #include "ig/app/run_statistics.h"
-#include "ig/app/terrain_view.h"
+#include "ig/app/terrain_residency.h"
 #include "ig/base/log.h"
 #include "ig/base/result.h"
 #include "ig/data/height_query.h"
 #include "ig/gl/context.h"
 #include "ig/gl/renderer.h"
-#include "ig/out/frame_sink.h"
 #include "ig/scene/world.h"
 
-#include <cstddef>
 #include <memory>
-#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,54 +36,50 @@ public:
     // sinks and loads what the first picture needs. Errors: of whichever part, ready to print.
     static Result<std::unique_ptr<ImageGenerator>> create(const config::Settings& settings, LogSink& log);
 
-    // Makes one frame. startNs: when it starts, steady clock; missedFrames: so far, for its receipt.
-    FrameStats frame(int64_t startNs, uint64_t missedFrames = 0);
+    // Makes the frames of one slot of the schedule: one of each view whose turn it is, in the order of the
+    // settings. startNs: when it starts, steady clock. The span is good until the next call.
+    std::span<const FrameStats> frame(int64_t startNs, uint64_t slot);
+
+    // Of the schedule: the highest rate of a view.
+    double rateHz() const noexcept { return _rateHz; }
 
     // Takes over what may change while running (config::applyLive), between two frames.
     void apply(const config::Settings& settings);
 
-    // The state of the run so far. missed and durationS come from whoever kept the time.
+    // The state of the run so far. missedFrames (slots of the schedule) and durationS come from whoever kept
+    // the time.
     RunSummary summary(uint64_t missedFrames, double durationS) const;
     // Finishes the sinks and sums up.
     RunSummary finish(uint64_t missedFrames, double durationS);
 
-    const RunStatistics& statistics() const noexcept { return _statistics; }
+    // Of all views together, a slot's frames as one; those of the view where there is only one.
+    const RunStatistics& statistics() const noexcept
+    {
+        return _channels.size() == 1 ? _channels.front()->statistics() : _together;
+    }
     // Everything but what frames add; allocates nothing once warm.
-    void note(Metrics& metrics, uint64_t missedFrames) const;
-    std::vector<std::string> sinkNames() const;
+    void note(Metrics& metrics) const;
+    MetricsLabels metricsLabels() const;
     // One line: what is drawn with what, and where the host is expected.
     std::string description() const;
 
 private:
-    struct NamedSink {
-        std::string name;
-        std::unique_ptr<out::FrameSink> sink; // empty once it has failed
-        out::SinkStats stats;
-    };
-
     ImageGenerator(const config::Settings& settings, LogSink& log, HostLink host, gl::Context context,
                    std::unique_ptr<gl::Renderer> renderer, data::Dataset dataset,
-                   std::vector<NamedSink> sinks);
-    void warmUp(); // a picture for nobody: drivers compile at the first draw
-    ViewState currentView(double displayS);
-    void handOut(out::Receipt& receipt);
+                   std::vector<std::vector<Channel::NamedSink>> sinks);
+    FrameStats together(int64_t hostNs, int64_t frameNs) const;
 
     config::Settings _settings;
-    LogSink& _log;
     HostLink _host;
     gl::Context _context;
     std::unique_ptr<gl::Renderer> _renderer;
     TerrainResidency _terrain;
-    TerrainView _terrainView;
-    std::optional<FrameTimeControl> _timeControl; // absent: fixed budget
-    std::unique_ptr<data::HeightQuery> _ground;   // over the dataset of _terrain
+    std::unique_ptr<data::HeightQuery> _ground; // over the dataset of _terrain
     scene::World _world;
-    ViewState _view; // the last one drawn; at first above the middle of the terrain
-    std::vector<NamedSink> _sinks;
-    std::vector<std::byte> _picture;
-    std::vector<float> _depthM; // empty: nobody wants it
-    RunStatistics _statistics;
-    uint64_t _frameNumber = 0;
+    double _rateHz = 0;
+    std::vector<std::unique_ptr<Channel>> _channels;
+    std::vector<FrameStats> _made; // in the newest slot
+    RunStatistics _together;       // of several views
 };
 
 } // namespace ig::app

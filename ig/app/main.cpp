@@ -17,6 +17,7 @@
 #include <cstring>
 #include <filesystem>
 #include <new>
+#include <span>
 
 #if defined(__SSE__)
 #include <xmmintrin.h>
@@ -103,7 +104,7 @@ public:
     Run(const Arguments& arguments, const config::Settings& settings, ig::app::Log& log,
         ig::app::ImageGenerator& generator)
         : _arguments(arguments), _settings(settings), _log(log), _ig(generator), _statisticsFile(log),
-          _firstStartNs(ig::app::steadyNs()), _schedule(_firstStartNs, settings.view.rateHz)
+          _firstStartNs(ig::app::steadyNs()), _schedule(_firstStartNs, generator.rateHz())
     {
     }
 
@@ -112,7 +113,9 @@ public:
         if (_settings.output.metrics.empty()) {
             return {};
         }
-        auto server = ig::app::MetricsServer::start(_settings.output.metrics, _ig.sinkNames());
+        const ig::app::MetricsLabels labels = _ig.metricsLabels();
+        _metrics = ig::app::metricsFor(labels);
+        auto server = ig::app::MetricsServer::start(_settings.output.metrics, labels);
         if (!server) {
             return ig::Unexpected{server.error()};
         }
@@ -125,7 +128,7 @@ public:
     {
         int64_t startNs = _firstStartNs;
         while (!ig::app::stopRequested()) {
-            afterFrame(_ig.frame(startNs, _schedule.missed()));
+            afterFrames(_ig.frame(startNs, _schedule.slot()));
             if (count > 0 && _ig.statistics().frames() == count) {
                 break;
             }
@@ -172,18 +175,20 @@ private:
                std::to_string(_schedule.missed()) + " missed";
     }
 
-    void afterFrame(const ig::app::FrameStats& stats)
+    void afterFrames(std::span<const ig::app::FrameStats> made)
     {
         if (_metricsServer) {
-            _metrics.add(stats);
-            _ig.note(_metrics, _schedule.missed());
+            for (const ig::app::FrameStats& stats : made) {
+                _metrics.views[stats.view].add(stats);
+            }
+            _ig.note(_metrics);
             _metrics.logSuppressed = _log.suppressed();
             _metricsServer->offer(_metrics);
         }
         if (!_notifier.wanted()) {
             return;
         }
-        if (stats.number == 0) {
+        if (_ig.statistics().frames() == 1) {
             _notifier.ready(drawn());
         }
         if (_notifier.tick(ig::app::steadyNs())) {
@@ -286,11 +291,13 @@ int main(int argc, char** argv)
     app.add_option("--config", arguments.config, "settings, TOML; config/eyepoint.toml lists every key");
     app.add_option("--terrain", arguments.terrain, "terrain dataset, .ept (terrain.file)");
     app.add_option("--listen", arguments.listen, "ADDRESS:PORT to receive host packets on (host.listen)");
-    app.add_option("--frames", arguments.frames, "stop after this many frames")->check(CLI::PositiveNumber);
+    app.add_option("--frames", arguments.frames,
+                   "stop after this many frames, of the view with the highest rate")
+        ->check(CLI::PositiveNumber);
     app.add_option(
         "--sink", arguments.sinks,
         "png:DIR, y4m:FILE, raw:FILE, shm:NAME or null, FILE - is standard output; may be repeated "
-        "(output.sinks)");
+        "(output.sinks); with several views each has its own in the configuration");
     app.add_option("--receipts", arguments.receipts,
                    "write a JSON line per frame to this file (output.receipts)");
     app.add_option("--stats", arguments.stats,
@@ -314,7 +321,7 @@ int main(int argc, char** argv)
     try {
         return run(*settings, arguments);
     } catch (const std::bad_alloc&) {
-        return fail(
-            {ig::ErrorKind::failed, "out of memory; lower terrain.page_slots or view.width and view.height"});
+        return fail({ig::ErrorKind::failed,
+                     "out of memory; lower terrain.page_slots or the views' width and height"});
     }
 }

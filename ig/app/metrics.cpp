@@ -21,7 +21,8 @@ public:
     template <class Number>
     void value(const char* name, Number number, const std::string& labels = "")
     {
-        fmt::format_to(end(), "eyepoint_{}{} {}\n", name, labels, number);
+        fmt::format_to(end(), "eyepoint_{}{} {}\n", name, labels.empty() ? labels : "{" + labels + "}",
+                       number);
     }
     template <class Number>
     void counter(const char* name, Number number, const char* help)
@@ -35,17 +36,17 @@ public:
         head(name, "gauge", help);
         value(name, number);
     }
-    void histogram(const char* name, const StepHistogram& steps, const char* help)
+    void histogram(const char* name, const StepHistogram& steps, const std::string& label)
     {
-        head(name, "histogram", help);
         uint64_t sum = 0;
         for (size_t i = 0; i < steps.count.size(); ++i) {
             sum += steps.count[i];
             const std::string edge =
                 i < StepHistogram::kUpToS.size() ? fmt::format("{}", StepHistogram::kUpToS[i]) : "+Inf";
-            fmt::format_to(end(), "eyepoint_{}_bucket{{le=\"{}\"}} {}\n", name, edge, sum);
+            fmt::format_to(end(), "eyepoint_{}_bucket{{{},le=\"{}\"}} {}\n", name, label, edge, sum);
         }
-        fmt::format_to(end(), "eyepoint_{}_sum {}\neyepoint_{}_count {}\n", name, steps.sumS, name, sum);
+        fmt::format_to(end(), "eyepoint_{0}_sum{{{1}}} {2}\neyepoint_{0}_count{{{1}}} {3}\n", name, label,
+                       steps.sumS, sum);
     }
     std::string take() { return std::move(_text); }
 
@@ -54,10 +55,15 @@ private:
     std::string _text;
 };
 
-std::string sinkLabel(const std::string& name)
+std::string viewLabel(uint16_t id)
 {
-    std::string label = "{sink=\"";
-    for (const char c : name) {
+    return fmt::format("view=\"{}\"", id);
+}
+
+std::string sinkLabel(const MetricsLabels::Sink& sink)
+{
+    std::string label = viewLabel(sink.view) + ",sink=\"";
+    for (const char c : sink.name) {
         if (c == '\n') {
             label += "\\n";
             continue;
@@ -67,7 +73,7 @@ std::string sinkLabel(const std::string& name)
         }
         label += c;
     }
-    return label + "\"}";
+    return label + "\"";
 }
 
 uint64_t residentBytes()
@@ -92,7 +98,7 @@ void StepHistogram::add(int64_t durationNs) noexcept
     sumS += durationS;
 }
 
-void Metrics::add(const FrameStats& frame) noexcept
+void ViewMetrics::add(const FrameStats& frame) noexcept
 {
     ++frames;
     frameTime.add(frame.frameNs);
@@ -117,23 +123,67 @@ void Metrics::note(const hostif::SessionStats& host) noexcept
     refused = host.datagrams - host.accepted;
 }
 
-std::string metricsText(const Metrics& m, const std::vector<std::string>& sinkNames)
+Metrics metricsFor(const MetricsLabels& labels)
+{
+    Metrics metrics;
+    metrics.views.resize(labels.views.size());
+    metrics.sinks.resize(labels.sinks.size());
+    return metrics;
+}
+
+namespace {
+
+// A series of each view.
+template <class Value>
+void ofViews(Text& text, const Metrics& m, const MetricsLabels& labels, const char* name, const char* type,
+             const char* help, Value value)
+{
+    text.head(name, type, help);
+    for (size_t i = 0; i < std::min(m.views.size(), labels.views.size()); ++i) {
+        text.value(name, value(m.views[i]), viewLabel(labels.views[i]));
+    }
+}
+
+void ofViews(Text& text, const Metrics& m, const MetricsLabels& labels, const char* name, const char* help,
+             StepHistogram ViewMetrics::*steps)
+{
+    text.head(name, "histogram", help);
+    for (size_t i = 0; i < std::min(m.views.size(), labels.views.size()); ++i) {
+        text.histogram(name, m.views[i].*steps, viewLabel(labels.views[i]));
+    }
+}
+
+void viewsText(Text& text, const Metrics& m, const MetricsLabels& labels)
+{
+    const auto counter = [&](const char* name, auto member, const char* help) {
+        ofViews(text, m, labels, name, "counter", help, [=](const ViewMetrics& v) { return v.*member; });
+    };
+    const auto gauge = [&](const char* name, auto member, const char* help) {
+        ofViews(text, m, labels, name, "gauge", help, [=](const ViewMetrics& v) { return v.*member; });
+    };
+    counter("frames_total", &ViewMetrics::frames, "Frames drawn.");
+    counter("missed_frames_total", &ViewMetrics::missedFrames, "Periods without a frame of their own.");
+    ofViews(text, m, labels, "frame_seconds", "Time a frame took.", &ViewMetrics::frameTime);
+    ofViews(text, m, labels, "sink_seconds", "Time a frame took to be handed out.", &ViewMetrics::sinkTime);
+    ofViews(text, m, labels, "transport_delay_seconds",
+            "From the kernel's receipt of a host message to its frame handed out.",
+            &ViewMetrics::transportDelay);
+    gauge("triangles", &ViewMetrics::triangles, "Triangles of the newest frame.");
+    gauge("triangle_budget", &ViewMetrics::triangleBudget, "Triangles that a frame may have.");
+    gauge("tolerance_pixels", &ViewMetrics::tauPx, "Tolerance that the budget allowed, newest frame.");
+    gauge("error_pixels", &ViewMetrics::errorPx, "Bound of the projected error, newest frame.");
+    counter("frames_with_missing_tiles_total", &ViewMetrics::framesWithMissingTiles,
+            "Frames with tiles drawn by an ancestor.");
+    counter("page_ins_total", &ViewMetrics::pageIns, "Terrain pages loaded.");
+    counter("uploaded_bytes_total", &ViewMetrics::bytesUploaded, "Bytes handed to the GPU for pages.");
+}
+
+} // namespace
+
+std::string metricsText(const Metrics& m, const MetricsLabels& labels)
 {
     Text text;
-    text.counter("frames_total", m.frames, "Frames drawn.");
-    text.counter("missed_frames_total", m.missedFrames, "Periods without a frame of their own.");
-    text.histogram("frame_seconds", m.frameTime, "Time a frame took.");
-    text.histogram("sink_seconds", m.sinkTime, "Time a frame took to be handed out.");
-    text.histogram("transport_delay_seconds", m.transportDelay,
-                   "From the kernel's receipt of a host message to its frame handed out.");
-    text.gauge("triangles", m.triangles, "Triangles of the newest frame.");
-    text.gauge("triangle_budget", m.triangleBudget, "Triangles that a frame may have.");
-    text.gauge("tolerance_pixels", m.tauPx, "Tolerance that the budget allowed, newest frame.");
-    text.gauge("error_pixels", m.errorPx, "Bound of the projected error, newest frame.");
-    text.counter("frames_with_missing_tiles_total", m.framesWithMissingTiles,
-                 "Frames with tiles drawn by an ancestor.");
-    text.counter("page_ins_total", m.pageIns, "Terrain pages loaded.");
-    text.counter("uploaded_bytes_total", m.bytesUploaded, "Bytes handed to the GPU for pages.");
+    viewsText(text, m, labels);
     text.counter("host_datagrams_total", m.datagrams, "Datagrams received.");
     text.counter("host_accepted_total", m.accepted, "Datagrams accepted.");
     text.counter("host_refused_total", m.refused, "Datagrams not accepted.");
@@ -141,18 +191,18 @@ std::string metricsText(const Metrics& m, const std::vector<std::string>& sinkNa
     text.counter("host_late_total", m.late, "Host messages that came too late.");
     text.counter("log_suppressed_total", m.logSuppressed, "Log lines left out for their rate.");
     text.gauge("resident_bytes", residentBytes(), "Memory held.");
-    const size_t sinks = std::min(m.sinks.size(), sinkNames.size());
+    const size_t sinks = std::min(m.sinks.size(), labels.sinks.size());
     text.head("sink_written_total", "counter", "Frames that a sink stored or published.");
     for (size_t i = 0; i < sinks; ++i) {
-        text.value("sink_written_total", m.sinks[i].stats.written, sinkLabel(sinkNames[i]));
+        text.value("sink_written_total", m.sinks[i].stats.written, sinkLabel(labels.sinks[i]));
     }
     text.head("sink_dropped_total", "counter", "Frames that a sink had no room for.");
     for (size_t i = 0; i < sinks; ++i) {
-        text.value("sink_dropped_total", m.sinks[i].stats.dropped, sinkLabel(sinkNames[i]));
+        text.value("sink_dropped_total", m.sinks[i].stats.dropped, sinkLabel(labels.sinks[i]));
     }
     text.head("sink_up", "gauge", "1 while a sink works, 0 once it has ended.");
     for (size_t i = 0; i < sinks; ++i) {
-        text.value("sink_up", m.sinks[i].lives ? 1 : 0, sinkLabel(sinkNames[i]));
+        text.value("sink_up", m.sinks[i].lives ? 1 : 0, sinkLabel(labels.sinks[i]));
     }
     return text.take();
 }

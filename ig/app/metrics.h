@@ -22,8 +22,7 @@ struct StepHistogram {
     void add(int64_t durationNs) noexcept;
 };
 
-// One state of all counters. Copying allocates nothing once the number of sinks is known.
-struct Metrics {
+struct ViewMetrics {
     StepHistogram frameTime, transportDelay, sinkTime;
     uint64_t frames = 0;
     uint64_t missedFrames = 0;
@@ -34,19 +33,37 @@ struct Metrics {
     uint32_t triangleBudget = 0;
     float tauPx = 0;
     float errorPx = 0;
+
+    void add(const FrameStats& frame) noexcept;
+};
+
+// One state of all counters. Copying allocates nothing once the numbers of views and sinks are known.
+struct Metrics {
+    std::vector<ViewMetrics> views; // in the order of the labels, as the sinks
     uint64_t datagrams = 0, accepted = 0, lost = 0, late = 0, refused = 0; // of the host
     uint64_t logSuppressed = 0;
     struct Sink {
         out::SinkStats stats;
         bool lives = true;
     };
-    std::vector<Sink> sinks; // in the order of the names given to metricsText
+    std::vector<Sink> sinks;
 
-    void add(const FrameStats& frame) noexcept;
     void note(const hostif::SessionStats& host) noexcept;
 };
 
+// What tells the series of views and sinks apart.
+struct MetricsLabels {
+    std::vector<uint16_t> views; // ids
+    struct Sink {
+        uint16_t view = 0; // id
+        std::string name;
+    };
+    std::vector<Sink> sinks;
+};
+// Room for all of them, so that states can be filled and copied without allocation.
+Metrics metricsFor(const MetricsLabels& labels);
+
 // Resident memory and start-up are read from the system here.
-std::string metricsText(const Metrics& metrics, const std::vector<std::string>& sinkNames);
+std::string metricsText(const Metrics& metrics, const MetricsLabels& labels);
 
 } // namespace ig::app

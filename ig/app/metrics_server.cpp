@@ -84,8 +84,7 @@ bool ready(int connection, short events, int64_t deadlineNs)
 
 } // namespace
 
-Result<std::unique_ptr<MetricsServer>> MetricsServer::start(const std::string& text,
-                                                            std::vector<std::string> sinkNames)
+Result<std::unique_ptr<MetricsServer>> MetricsServer::start(const std::string& text, MetricsLabels labels)
 {
     const auto parsed = hostif::parseAddress(text);
     if (!parsed) {
@@ -114,15 +113,13 @@ Result<std::unique_ptr<MetricsServer>> MetricsServer::start(const std::string& t
     }
     const int stopEvent = eventfd(0, EFD_CLOEXEC);
     address.port = boundPort(listener);
-    return std::unique_ptr<MetricsServer>(
-        new MetricsServer(listener, stopEvent, address, std::move(sinkNames)));
+    return std::unique_ptr<MetricsServer>(new MetricsServer(listener, stopEvent, address, std::move(labels)));
 }
 
-MetricsServer::MetricsServer(int listener, int stopEvent, const hostif::Address& local,
-                             std::vector<std::string> sinkNames)
-    : _listener(listener), _stopEvent(stopEvent), _local(local), _sinkNames(std::move(sinkNames))
+MetricsServer::MetricsServer(int listener, int stopEvent, const hostif::Address& local, MetricsLabels labels)
+    : _listener(listener), _stopEvent(stopEvent), _local(local), _labels(std::move(labels))
 {
-    _metrics.sinks.resize(_sinkNames.size());
+    _metrics = metricsFor(_labels);
     _thread = std::thread([this] { run(); });
 }
 
@@ -208,7 +205,7 @@ std::string MetricsServer::answer(const std::string& request)
         const std::lock_guard lock(_mutex);
         metrics = _metrics;
     }
-    return response("200 OK", metricsText(metrics, _sinkNames));
+    return response("200 OK", metricsText(metrics, _labels));
 }
 
 } // namespace ig::app

@@ -21,8 +21,7 @@ class MetricsServer {
 public:
     // address: "127.0.0.1:9464" or "[::1]:9464"; port 0 takes any free one. Errors: (usage) not an address,
     // not one of the loopback; (addressInUse) the port is taken.
-    static Result<std::unique_ptr<MetricsServer>> start(const std::string& address,
-                                                        std::vector<std::string> sinkNames);
+    static Result<std::unique_ptr<MetricsServer>> start(const std::string& address, MetricsLabels labels);
     ~MetricsServer();
     MetricsServer(const MetricsServer&) = delete;
     MetricsServer& operator=(const MetricsServer&) = delete;
@@ -33,8 +32,7 @@ public:
     const hostif::Address& local() const noexcept { return _local; }
 
 private:
-    MetricsServer(int listener, int stopEvent, const hostif::Address& local,
-                  std::vector<std::string> sinkNames);
+    MetricsServer(int listener, int stopEvent, const hostif::Address& local, MetricsLabels labels);
     void run();
     void serve(int connection);
     std::string answer(const std::string& request);
@@ -42,7 +40,7 @@ private:
     const int _listener;
     const int _stopEvent; // eventfd, readable at the end
     const hostif::Address _local;
-    const std::vector<std::string> _sinkNames;
+    const MetricsLabels _labels;
     std::mutex _mutex; // held for a copy
     Metrics _metrics;
     std::thread _thread;

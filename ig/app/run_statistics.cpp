@@ -27,6 +27,11 @@ Json milliseconds(const Histogram& histogram)
             {"p99.9", ms(histogram.quantileNs(0.999))}, {"max", ms(histogram.maxNs())}};
 }
 
+Json extentOf(const Extent& extent, uint64_t frames)
+{
+    return {{"mean", extent.sum / std::max<double>(1.0, static_cast<double>(frames))}, {"max", extent.max}};
+}
+
 Json packets(const RunSummary& run)
 {
     const auto& protocol = run.session.protocol;
@@ -105,20 +110,52 @@ void RunStatistics::add(const FrameStats& frame) noexcept
     _reversals.add(frame.triangleBudget);
 }
 
+nlohmann::ordered_json RunStatistics::triangles(uint32_t largestBudget) const
+{
+    Json triangles = extentOf(_triangles, frames());
+    triangles["budget"] = largestBudget;
+    triangles["budget_mean"] = extentOf(_budget, frames())["mean"];
+    triangles["budget_min"] = frames() > 0 ? _smallestBudget : 0;
+    triangles["frames_over_budget"] = _overBudget;
+    return triangles;
+}
+
+nlohmann::ordered_json RunStatistics::ofView(const RunSummary::View& view) const
+{
+    return {{"id", view.id},
+            {"width", view.widthPx},
+            {"height", view.heightPx},
+            {"rate_hz", view.rateHz},
+            {"frames", frames()},
+            {"missed", view.missedFrames},
+            {"frame_ms", milliseconds(_frameTime)},
+            {"select_ms", milliseconds(_select)},
+            {"draw_ms", milliseconds(_draw)},
+            {"read_back_ms", milliseconds(_readBack)},
+            {"sink_ms", milliseconds(_sink)},
+            {"transport_delay_ms", milliseconds(_transportDelay)},
+            {"triangles", triangles(view.triangleBudget)},
+            {"tau_px", extentOf(_tauPx, frames())},
+            {"error_px", extentOf(_errorPx, frames())},
+            {"frames_with_missing_tiles", _framesWithMissingTiles},
+            {"page_ins", _pageIns}};
+}
+
 std::string RunStatistics::json(const RunSummary& run) const
 {
     const double count = std::max<double>(1.0, static_cast<double>(frames()));
     const auto perFrame = [&](uint64_t total) { return static_cast<double>(total) / count; };
-    const auto extent = [&](const Extent& e) { return Json{{"mean", e.sum / count}, {"max", e.max}}; };
-    Json triangles = extent(_triangles);
-    triangles["budget"] = run.triangleBudget;
-    triangles["budget_mean"] = _budget.sum / count;
-    triangles["budget_min"] = frames() > 0 ? _smallestBudget : 0;
-    triangles["frames_over_budget"] = _overBudget;
+    const auto extent = [&](const Extent& e) { return extentOf(e, frames()); };
     Json sinks = Json::array();
     for (const RunSummary::Sink& sink : run.sinks) {
-        sinks.push_back(
-            {{"name", sink.name}, {"written", sink.stats.written}, {"dropped", sink.stats.dropped}});
+        sinks.push_back({{"name", sink.name},
+                         {"view", sink.view},
+                         {"written", sink.stats.written},
+                         {"dropped", sink.stats.dropped}});
+    }
+    Json views = Json::array();
+    for (const RunSummary::View& view : run.views) {
+        views.push_back(view.statistics->ofView(view));
     }
     const double minutes = run.durationS / 60.0;
     const auto perMinute = [&](uint64_t n) { return minutes > 0 ? static_cast<double>(n) / minutes : 0.0; };
@@ -134,7 +171,7 @@ std::string RunStatistics::json(const RunSummary& run) const
                     {"sink_ms", milliseconds(_sink)},
                     {"load_ms", milliseconds(_load)},
                     {"transport_delay_ms", milliseconds(_transportDelay)},
-                    {"triangles", triangles},
+                    {"triangles", triangles(run.triangleBudget)},
                     {"tau_px", extent(_tauPx)},
                     {"error_px", extent(_errorPx)},
                     {"vertices_evaluated_per_frame", perFrame(_verticesEvaluated)},
@@ -156,7 +193,8 @@ std::string RunStatistics::json(const RunSummary& run) const
                       {"renderer", run.graphics.renderer},
                       {"version", run.graphics.version},
                       {"clip_control", run.graphics.clipControl}}},
-                    {"sinks", sinks}};
+                    {"sinks", sinks},
+                    {"views", views}};
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

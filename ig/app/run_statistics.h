@@ -11,6 +11,8 @@
 #include "ig/lod/budget_reversals.h"
 #include "ig/out/frame_sink.h"
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <string>
 #include <vector>
 
@@ -27,12 +29,14 @@ struct Extent {
     }
 };
 
+class RunStatistics;
+
 // What is known only at the end of a run.
 struct RunSummary {
     double rateHz = 0;
     double durationS = 0;
     uint64_t missedFrames = 0;
-    uint32_t triangleBudget = 0; // the largest
+    uint32_t triangleBudget = 0; // the largest, of all views together
     uint32_t residentPages = 0;
     uint32_t damagedPages = 0;
     uint64_t gpuBytes = 0;
@@ -44,9 +48,19 @@ struct RunSummary {
     QueryStats queries;
     struct Sink {
         std::string name;
+        uint16_t view = 0; // id
         out::SinkStats stats;
     };
     std::vector<Sink> sinks;
+    struct View {
+        uint16_t id = 0;
+        int widthPx = 0, heightPx = 0;
+        double rateHz = 0;
+        uint64_t missedFrames = 0;
+        uint32_t triangleBudget = 0;
+        const RunStatistics* statistics = nullptr;
+    };
+    std::vector<View> views;
 };
 
 class RunStatistics {
@@ -57,10 +71,14 @@ public:
     uint64_t frames() const noexcept { return _frameTime.count(); }
     const Histogram& frameTime() const noexcept { return _frameTime; }
 
-    // The JSON object, pretty-printed, ends with a newline. Times are ms, error and tau pixels.
+    // The JSON object, pretty-printed, ends with a newline. Times are ms, error and tau pixels. With several
+    // views these are the statistics of all together, and "views" has the figures of each.
     std::string json(const RunSummary& run) const;
 
 private:
+    nlohmann::ordered_json triangles(uint32_t largestBudget) const;
+    nlohmann::ordered_json ofView(const RunSummary::View& view) const;
+
     Histogram _frameTime, _host, _select, _draw, _readBack, _sink, _load, _transportDelay;
     Extent _triangles, _tauPx, _errorPx;
     uint64_t _verticesEvaluated = 0, _listsMade = 0, _tilesVisited = 0, _framesWithMissingTiles = 0;

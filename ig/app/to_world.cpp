@@ -119,7 +119,11 @@ struct Statement {
         scene::ViewShape shape;
         shape.view = in.viewId;
         shape.group = in.groupId;
+        shape.parallel = in.orthographic;
+        shape.mirrorX = in.mirror == hostif::Mirror::horizontal || in.mirror == hostif::Mirror::both;
+        shape.mirrorY = in.mirror == hostif::Mirror::vertical || in.mirror == hostif::Mirror::both;
         shape.nearM = widened(in.nearM);
+        shape.farM = widened(in.farM);
         shape.leftRad = radians(in.leftDeg);
         shape.rightRad = radians(in.rightDeg);
         shape.bottomRad = radians(in.bottomDeg);

@@ -4,7 +4,8 @@
 #include "ig/gl/target.h"
 #include "ig/gl/terrain_pass.h"
 
-#include <limits>
+#include <cassert>
+#include <cmath>
 #include <utility>
 
 namespace ig::gl {
@@ -12,9 +13,9 @@ namespace {
 
 class GlesRenderer final : public Renderer {
 public:
-    GlesRenderer(Target target, PageStore store, TerrainPass terrain, SkyPass sky)
-        : _target(std::move(target)), _store(std::move(store)), _terrain(std::move(terrain)),
-          _sky(std::move(sky))
+    GlesRenderer(std::vector<Target> targets, PageStore store, TerrainPass terrain, SkyPass sky)
+        : _targets(std::move(targets)), _drawn(_targets.size()), _store(std::move(store)),
+          _terrain(std::move(terrain)), _sky(std::move(sky))
     {
     }
 
@@ -24,51 +25,73 @@ public:
         return pageBytes(_store.morph());
     }
 
+    void setPicture(size_t picture) override
+    {
+        assert(picture < _targets.size());
+        _picture = picture;
+    }
+
     void draw(const ViewState& view, const lod::DrawList& list, std::span<const int32_t> slotOfPage) override
     {
-        _target.begin();
+        _targets[_picture].begin();
         _terrain.begin(view);
         _terrain.draw(_store, list, slotOfPage);
         _sky.draw(view);
-        _nearM = view.frustum.nearM;
+        _drawn[_picture] = view.frustum;
     }
 
-    void read(std::span<std::byte> rgba) override { _target.read(rgba); }
+    void read(std::span<std::byte> rgba) override { _targets[_picture].read(rgba); }
 
     void readDepth(std::span<float> depthM) override
     {
-        _target.readDepth(depthM);
-        const auto nearM = static_cast<float>(_nearM);
+        _targets[_picture].readDepth(depthM);
+        const Frustum& frustum = _drawn[_picture];
+        if (frustum.parallel || std::isfinite(frustum.farM)) {
+            for (float& value : depthM)
+                value = static_cast<float>(distanceOfDepth(frustum, static_cast<double>(value)));
+            return;
+        }
+        const auto nearM = static_cast<float>(frustum.nearM);
         for (float& value : depthM)
             value = nearM / value; // reversed, infinite projection: 0, the sky, gives infinity
     }
 
     double depthAt(int xPx, int yPx) override
     {
-        const double depth = _target.depthAt(xPx, yPx);
-        return depth == 0.0 ? std::numeric_limits<double>::infinity() : _nearM / depth;
+        const float depth = _targets[_picture].depthAt(xPx, yPx);
+        return distanceOfDepth(_drawn[_picture], static_cast<double>(depth));
     }
 
     uint64_t gpuBytes() const noexcept override
     {
-        return _target.gpuBytes() + _store.gpuBytes() + _terrain.gpuBytes();
+        uint64_t bytes = _store.gpuBytes() + _terrain.gpuBytes();
+        for (const Target& target : _targets)
+            bytes += target.gpuBytes();
+        return bytes;
     }
 
 private:
-    Target _target;
+    std::vector<Target> _targets; // by picture
+    std::vector<Frustum> _drawn;  // by picture: what was drawn last
+    size_t _picture = 0;
     PageStore _store;
     TerrainPass _terrain;
     SkyPass _sky;
-    double _nearM = 1.0; // of the view that was drawn last
 };
 
 } // namespace
 
 Result<std::unique_ptr<Renderer>> Renderer::create(const Context& context, const RendererSettings& settings)
 {
-    Result<Target> target = Target::create(settings.widthPx, settings.heightPx);
-    if (!target)
-        return Unexpected{target.error()};
+    std::vector<PictureSize> sizes{{settings.widthPx, settings.heightPx}};
+    sizes.insert(sizes.end(), settings.furtherPictures.begin(), settings.furtherPictures.end());
+    std::vector<Target> targets;
+    for (const PictureSize& size : sizes) {
+        Result<Target> target = Target::create(size.widthPx, size.heightPx);
+        if (!target)
+            return Unexpected{target.error()};
+        targets.push_back(*std::move(target));
+    }
     Result<PageStore> store = PageStore::create(settings.pageSlots, settings.morph);
     if (!store)
         return Unexpected{store.error()};
@@ -78,7 +101,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Context& context, const
     Result<SkyPass> sky = SkyPass::create(context);
     if (!sky)
         return Unexpected{sky.error()};
-    return std::unique_ptr<Renderer>(std::make_unique<GlesRenderer>(*std::move(target), *std::move(store),
+    return std::unique_ptr<Renderer>(std::make_unique<GlesRenderer>(std::move(targets), *std::move(store),
                                                                     *std::move(terrain), *std::move(sky)));
 }
 

@@ -18,6 +18,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace ig::gl {
 
@@ -28,11 +29,17 @@ enum class Morph : uint8_t {
     tiles  // odd vertices of tiles, by the weights of DrawItem; page lists are drawn as they are
 };
 
+struct PictureSize {
+    int widthPx = 1280;
+    int heightPx = 720;
+};
+
 struct RendererSettings {
     int widthPx = 1280;
     int heightPx = 720;
-    uint32_t pageSlots = 512; // pages that fit on the GPU at one time
-    bool holes = false;       // the dataset has holes: compile the variant that discards them
+    std::vector<PictureSize> furtherPictures = {}; // beside the first: those of other views
+    uint32_t pageSlots = 512;                 // pages that fit on the GPU at one time
+    bool holes = false;                       // the dataset has holes: compile the variant that discards them
     // Distance at which haze leaves 2 % contrast (Koschmieder) where the view says none; 0 leaves haze out,
     // whatever the view says.
     double visibilityM = 0;
@@ -52,6 +59,10 @@ public:
     // Puts a page's vertices and texels into a slot (< pageSlots), replacing what was there. A renderer that
     // morphs needs PageMesh::morph, the others leave it alone. Returns the bytes handed to GL.
     virtual uint64_t upload(uint32_t slot, const data::PageMesh& mesh) = 0;
+
+    // The picture (0: the first) that what follows draws and reads. Pages, programs and buffers are the same
+    // for all.
+    virtual void setPicture(size_t picture) = 0;
 
     // Draws the tiles or page lists. slotOfPage maps page numbers to slots; every page of the list must have
     // one.

@@ -33,9 +33,11 @@ flat out float v_layer;
 // Keeps a compiler from changing the order of the sums below, and from doing so in one variant only.
 invariant gl_Position;
 #ifdef HAZE
+uniform vec4 u_along; // 0 0 0 1; in parallel projection the viewing axis and 0
 out float v_distanceM;
 #endif
 #if defined(MORPH_LISTS) || defined(MORPH_TILES)
+uniform float u_shortestM; // parallel projection: every distance
 layout(location = ATTRIBUTE_TO_MIDDLE) in vec3 a_toMiddle; // in shares of the error
 layout(location = ATTRIBUTE_CODES) in vec2 a_codes;        // error, radius
 // Code 0 gives 0.9 mm where it should be 0: as an error that spares a division by 0, and the way is 0.
@@ -76,7 +78,7 @@ void main()
     // High parts first: their difference is exact near the eye.
     vec3 relative = (a_high - u_eyeHigh) + (a_low * LOW_FULL_SCALE_M - u_eyeLow);
 #if defined(MORPH_LISTS) || defined(MORPH_TILES)
-    relative += morphed(length(relative));
+    relative += morphed(max(length(relative), u_shortestM));
 #endif
     gl_Position = u_clipFromRelative * vec4(relative, 1.0);
     v_place = a_post * (1.0 / PAGE_INTERVALS);
@@ -86,7 +88,7 @@ void main()
     v_layer = float(u_layer);
 #endif
 #ifdef HAZE
-    v_distanceM = length(relative);
+    v_distanceM = u_along.w * length(relative) + dot(u_along.xyz, relative);
 #endif
 }
 )";
@@ -102,7 +104,7 @@ uniform float u_hazePerM;
 in float v_distanceM;
 #endif
 #ifdef FRAGMENT_DEPTH
-uniform float u_nearM;
+uniform vec3 u_depth;
 #endif
 layout(location = 0) out vec4 o_colour;
 void main()
@@ -118,8 +120,8 @@ void main()
 #endif
     o_colour = vec4(colour, 1.0);
 #ifdef FRAGMENT_DEPTH
-    // What the reversed projection gives with a 0..1 clip range: near / distance.
-    gl_FragDepth = u_nearM * gl_FragCoord.w;
+    // What the reversed projection gives with a 0..1 clip range, 0 behind the far plane.
+    gl_FragDepth = u_depth.x * gl_FragCoord.w + u_depth.y * gl_FragCoord.z + u_depth.z;
 #endif
 }
 )";

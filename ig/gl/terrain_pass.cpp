@@ -9,10 +9,12 @@
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
+#include <glm/matrix.hpp>
 
 #include <algorithm>
 #include <bit>
 #include <cassert>
+#include <utility>
 
 namespace ig::gl {
 namespace {
@@ -20,12 +22,14 @@ namespace {
 // Contrast exp(-3.912 d / visibility) is 2 % at the visibility (Koschmieder 1924); the shader has exp2.
 constexpr double kHazeExponent = 3.912023 * 1.44269504;
 
-// Projection and rotation in one, with the picture's top at GL's row 0.
+// Projection and rotation in one, with the picture's top at GL's row 0, unless it is mirrored.
 glm::mat4 clipFromRelative(const ViewState& view)
 {
     glm::dmat4 flipped(clipFromEye(view.frustum));
-    for (int column = 0; column < 4; ++column)
-        flipped[column][1] = -flipped[column][1];
+    for (int column = 0; column < 4; ++column) {
+        flipped[column][0] = view.mirrorX ? -flipped[column][0] : flipped[column][0];
+        flipped[column][1] = view.mirrorY ? flipped[column][1] : -flipped[column][1];
+    }
     return glm::mat4(flipped * glm::dmat4(view.eyeFromEcef));
 }
 
@@ -63,7 +67,9 @@ Result<TerrainPass> TerrainPass::create(const Context& context, const PageStore&
     pass._eyeHigh = location("u_eyeHigh");
     pass._eyeLow = location("u_eyeLow");
     pass._layer = location("u_layer");
-    pass._nearM = location("u_nearM");
+    pass._depth = location("u_depth");
+    pass._along = location("u_along");
+    pass._shortestM = location("u_shortestM");
     pass._morph = location("u_morph");
     pass._tile = location("u_tile");
     pass._sides = location("u_sides");
@@ -96,10 +102,10 @@ void TerrainPass::begin(const ViewState& view) const
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GREATER);
     glDepthMask(GL_TRUE);
-    // Tiles are anticlockwise from outside; the flipped projection turns them round.
+    // Tiles are anticlockwise from outside; the flipped projection turns them round, a mirror once more.
     glEnable(GL_CULL_FACE);
     glCullFace(GL_BACK);
-    glFrontFace(GL_CW);
+    glFrontFace(view.mirrorX != view.mirrorY ? GL_CCW : GL_CW);
     glUseProgram(_program.name());
     glm::vec3 eyeHigh(0.0F);
     glm::vec3 eyeLow(0.0F);
@@ -115,8 +121,19 @@ void TerrainPass::begin(const ViewState& view) const
         const double visibilityM = view.visibilityM > 0 ? view.visibilityM : _visibilityM;
         glUniform1f(_hazePerM, static_cast<float>(kHazeExponent / visibilityM));
     }
-    if (_nearM >= 0)
-        glUniform1f(_nearM, static_cast<float>(view.frustum.nearM));
+    const bool parallel = view.frustum.parallel;
+    if (_along >= 0) {
+        const glm::vec3 axis = -glm::vec3(glm::transpose(view.eyeFromEcef)[2]);
+        glUniform4fv(_along, 1, glm::value_ptr(parallel ? glm::vec4(axis, 0.0F) : glm::vec4(0, 0, 0, 1)));
+    }
+    if (_shortestM >= 0)
+        glUniform1f(_shortestM, parallel ? static_cast<float>(kParallelDistanceM) : 0.0F);
+    if (_depth >= 0) {
+        // From 1 / distance; from window depth, half of it and a half, where there is no distance in w.
+        const glm::mat4 clip = clipFromEye(view.frustum);
+        glUniform3fv(_depth, 1,
+                     glm::value_ptr(parallel ? glm::vec3(0, 2, -1) : glm::vec3(clip[3][2], 0, -clip[2][2])));
+    }
 }
 
 void TerrainPass::draw(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage)
@@ -258,7 +275,13 @@ void SkyPass::draw(const ViewState& view) const
     const double fromCentreM = glm::length(view.eye.m);
     const glm::dvec3 up = fromCentreM > 1.0 ? view.eye.m / fromCentreM : glm::dvec3(0.0, 0.0, 1.0);
     const glm::vec3 upInEye(view.eyeFromEcef * up);
-    const Frustum& f = view.frustum;
+    Frustum f = view.frustum;
+    if (f.parallel)
+        f.left = f.right = f.bottom = f.top = 0.0; // looks the same way everywhere
+    if (view.mirrorX)
+        std::swap(f.left, f.right);
+    if (view.mirrorY)
+        std::swap(f.bottom, f.top);
     glUseProgram(_program.name());
     glUniform4f(_sides, static_cast<float>(f.left), static_cast<float>(f.right), static_cast<float>(f.bottom),
                 static_cast<float>(f.top));

@@ -59,8 +59,8 @@ private:
 
     const Extensions* _extensions = nullptr; // the context's
     Program _program;
-    GLint _clipFromRelative = -1, _eyeHigh = -1, _eyeLow = -1, _layer = -1, _nearM = -1, _hazePerM = -1,
-          _morph = -1, _tile = -1, _sides = -1;
+    GLint _clipFromRelative = -1, _eyeHigh = -1, _eyeLow = -1, _layer = -1, _depth = -1, _hazePerM = -1,
+          _along = -1, _shortestM = -1, _morph = -1, _tile = -1, _sides = -1;
     double _visibilityM = 0; // where the view says none
     VertexArray _vertexArray;
     Buffer _tileIndices;

@@ -94,6 +94,11 @@ double distanceM(const TileBox& box, const EcefPos& eye) noexcept
     return glm::length(glm::max(glm::abs(local) - box.half, glm::dvec3(0.0)));
 }
 
+double distanceM(const TileBox& box, const ViewState& view) noexcept
+{
+    return view.frustum.parallel ? kParallelDistanceM : distanceM(box, view.eye);
+}
+
 Visibility::Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double lowestHeightM) noexcept
     : _planes(frustumPlanes(view)), _eye(view.eye.m)
 {
@@ -101,7 +106,7 @@ Visibility::Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double
     const double a = ellipsoid.semiMajorM + sink;
     const double b = ellipsoid.semiMajorM * (1.0 - ellipsoid.flattening) + sink;
     // Heights beyond half the Earth's radius are data errors: then nothing is hidden.
-    if (b > 0.5 * ellipsoid.semiMajorM) {
+    if (b > 0.5 * ellipsoid.semiMajorM && !view.frustum.parallel) {
         _scale = {1.0 / a, 1.0 / a, 1.0 / b};
         _scaledEye = _eye * _scale;
         _horizonSquared = glm::dot(_scaledEye, _scaledEye) - 1.0;

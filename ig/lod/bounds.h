@@ -41,6 +41,8 @@ TileBox tileBox(const TerrainShape& shape, const TileKey& key, double minHeightM
 
 // Smallest distance from the eye to the box, metres; 0 inside.
 double distanceM(const TileBox& box, const EcefPos& eye) noexcept;
+// The same as sizes on screen are reckoned: kParallelDistanceM for every box of a parallel view.
+double distanceM(const TileBox& box, const ViewState& view) noexcept;
 
 // What one view can see of boxes. A mask bit per frustum plane says that the plane still has to be
 // tested: a box wholly inside a plane clears the bit, and nothing below it tests that plane again.
@@ -49,7 +51,8 @@ public:
     using PlaneMask = uint8_t;
     static constexpr PlaneMask kAllPlanes = 0x1F;
 
-    // lowestHeightM: of the whole terrain; the ellipsoid lowered by it hides what lies behind.
+    // lowestHeightM: of the whole terrain; the ellipsoid lowered by it hides what lies behind, but nothing in
+    // parallel projection, where rays do not come from the eye.
     Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double lowestHeightM) noexcept;
 
     // False when the box is outside the frustum or behind the horizon. Updates the mask.

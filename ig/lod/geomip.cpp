@@ -250,7 +250,7 @@ float GeomipSelector::itemErrorPx(const TileTree& tree, int32_t index, const Dra
     if (item.weight < 1.0F) {
         errorM = std::max(errorM, double{tree[node.parent].errorM});
     }
-    return static_cast<float>(look.alpha * errorM / std::max(node.distanceM, look.view.frustum.nearM));
+    return static_cast<float>(look.alpha * errorM / std::max(node.distanceM, shortestDistanceM(look.view)));
 }
 
 void GeomipSelector::emit(const TileTree& tree, const TileTree::Look& look, DrawList& out)

@@ -188,7 +188,10 @@ void GeomipMorph::advance(const Frame& frame)
         if (!isFront(node)) {
             continue;
         }
-        const double atM = std::max({node.distanceM, node.halfSizeM, frame.look.view.frustum.nearM});
+        const Frustum& frustum = frame.look.view.frustum;
+        // A parallel view has passed when the eye has moved by its width.
+        const double atM = frustum.parallel ? frustum.right - frustum.left
+                                            : std::max({node.distanceM, node.halfSizeM, frustum.nearM});
         const auto step = static_cast<float>(frame.motion.travelledM / atM / kMorphShare + frame.motion.turn);
         if (node.target >= 0 && frame.aim[node.target].firstChild >= 0) {
             node.opened = std::min(1.0F, node.opened + step);

@@ -69,9 +69,9 @@ TileNode TileTree::makeNode(const TileKey& key, int32_t page, int32_t parent, Vi
     } else if (key.depth == _shape.deepestPage + 1) {
         node.errorM = source.quarterErrorM[(key.y % 2) * 2 + key.x % 2];
     }
-    node.distanceM = distanceM(box, look.view.eye);
+    node.distanceM = distanceM(box, look.view);
     node.halfSizeM = std::max(box.half.x, box.half.y);
-    const double nearestM = std::max(node.distanceM, look.view.frustum.nearM);
+    const double nearestM = std::max(node.distanceM, shortestDistanceM(look.view));
     node.errorPx = static_cast<float>(look.alpha * node.errorM / nearestM);
     return node;
 }

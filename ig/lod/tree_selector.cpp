@@ -81,7 +81,7 @@ TreeSelector::Motion TreeSelector::motionTo(const ViewState& view) const noexcep
     const Frustum& a = _view.frustum;
     const Frustum& b = view.frustum;
     const bool sameLens = a.left == b.left && a.right == b.right && a.bottom == b.bottom && a.top == b.top &&
-                          a.nearM == b.nearM && _view.widthPx == view.widthPx &&
+                          a.nearM == b.nearM && a.parallel == b.parallel && _view.widthPx == view.widthPx &&
                           _view.heightPx == view.heightPx;
     if (!_hasView || !sameLens) {
         return motion;
@@ -175,7 +175,7 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
 double TreeSelector::cutFor(const ViewState& view, double reach) const noexcept
 {
     // Nothing nearer than the near plane is drawn, so an error below nearM / reach is within tau anywhere.
-    return reach > 0.0 ? std::max(view.frustum.nearM, kMorphFrames * _speedM / kMorphBand) / reach
+    return reach > 0.0 ? std::max(shortestDistanceM(view), kMorphFrames * _speedM / kMorphBand) / reach
                        : std::numeric_limits<double>::infinity();
 }
 
@@ -186,7 +186,8 @@ uint32_t TreeSelector::refine(const ViewState& view, double reach, double turnRa
     _reach = reach;
     _cutM = cutFor(view, reach);
     visitPages(view, reach, out.stats);
-    const VertexTree::Criteria criteria{view.eye.m, _planes, reach, _cutM};
+    const VertexTree::Criteria criteria{view.eye.m, _planes, reach, _cutM,
+                                        view.frustum.parallel ? kParallelDistanceM : 0.0};
     _tree.update(criteria, turnRad, _open, everything || !_settings.liveRanges);
     out.stats.verticesEvaluated += _tree.evaluated();
     choosePages();
@@ -205,13 +206,13 @@ void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& sta
     _missingPx = 0;
     stats.tilesMissing = 0;
     const Visibility visibility(view, _shape.ellipsoid, _pages[0].minHeightM);
-    const double nearM = view.frustum.nearM;
+    const double nearM = shortestDistanceM(view);
     Visit root{_graph.root(), Visibility::kAllPlanes, true, true, false, 0.0};
     ++stats.tilesVisited;
     if (!visibility.sees(_graph[root.slot].box, root.planes)) {
         return;
     }
-    root.distanceM = distanceM(_graph[root.slot].box, view.eye);
+    root.distanceM = distanceM(_graph[root.slot].box, view);
     _visits.push_back(root);
     for (size_t i = 0; i < _visits.size(); ++i) {
         const Visit parent = _visits[i];
@@ -229,7 +230,7 @@ void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& sta
                 continue;
             }
             const PageGraph::Slot& child = _graph[slot.child[q]];
-            Visit visit{slot.child[q], parent.planes, false, false, false, distanceM(child.box, view.eye)};
+            Visit visit{slot.child[q], parent.planes, false, false, false, distanceM(child.box, view)};
             // A little more, so that rounding cannot close a page that has an active vertex.
             const double reachM = reach * child.vertices.largestErrorM() + child.vertices.largestRadiusM();
             visit.open = parent.open && reachM * (1.0 + 1e-9) + 1e-3 > visit.distanceM;
@@ -254,11 +255,11 @@ void TreeSelector::visitMissing(const Visit& parent, size_t quadrant, const View
     const PageNode& node = _pages[static_cast<size_t>(page)];
     TileBox box = tileBox(_shape, {node.depth, node.x, node.y}, node.minHeightM, node.maxHeightM);
     box.half += above.vertices.largestRadiusM();
-    const double distance = distanceM(box, view.eye);
+    const double distance = distanceM(box, view);
     // Its vertices have at most their parents' errors and balls.
     const double errorM = (1.0 - kMorphBand) * above.vertices.largestErrorM();
     const bool lacksVertices = parent.open && reach * errorM + above.vertices.largestRadiusM() > distance;
-    const double texelPx = _alpha * above.texelM / std::max(distance, view.frustum.nearM);
+    const double texelPx = _alpha * above.texelM / std::max(distance, shortestDistanceM(view));
     Visibility::PlaneMask planes = parent.planes;
     const bool needed = lacksVertices || texelPx > _settings.texelPx;
     if ((!needed && texelPx <= kAheadShare * _settings.texelPx) || !visibility.sees(box, planes)) {
@@ -300,7 +301,7 @@ double TreeSelector::missingPx(const Visit& parent, size_t quadrant, const ViewS
                 return glm::dot(glm::dvec3(plane), ray) + plane.w < -radiusM;
             });
             if (!outside) {
-                const double distance = std::max(glm::length(ray) - radiusM, view.frustum.nearM);
+                const double distance = std::max(glm::length(ray) - radiusM, shortestDistanceM(view));
                 worst = std::max(worst, _alpha * decodeM(page.errorCode(post)) / distance);
             }
         }
@@ -370,7 +371,7 @@ void TreeSelector::finish(const ViewState& view, DrawList& out)
     out.morph = {static_cast<float>(_reach), static_cast<float>(std::min(_cutM, 1e30))};
     out.stats.triangles = static_cast<uint32_t>(out.indices.size() / 3);
     assert(out.stats.triangles <= _budget);
-    const double nearM = view.frustum.nearM;
+    const double nearM = shortestDistanceM(view);
     const double tauPx =
         _reach > 0.0 ? _alpha / _reach : _alpha * _graph[_graph.root()].vertices.largestErrorM() / nearM;
     out.stats.tauPx = static_cast<float>(std::min(tauPx, 1e30));
@@ -382,6 +383,9 @@ void TreeSelector::finish(const ViewState& view, DrawList& out)
 float TreeSelector::boundPx(const ViewState& view, double px) const noexcept
 {
     const Frustum& f = view.frustum;
+    if (f.parallel) {
+        return static_cast<float>(std::min(px, 1e30));
+    }
     const double x = std::max(std::abs(f.left), std::abs(f.right));
     const double y = std::max(std::abs(f.bottom), std::abs(f.top));
     const double stretch = 1.0 + x * x + y * y; // 1 / cos^2 theta in the farthest corner

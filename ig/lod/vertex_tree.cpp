@@ -240,7 +240,8 @@ void VertexTree::evaluate(VertexId v)
     }
     const double radiusM = _codeM[page.radiusCode(post)];
     const glm::dvec3 ray = page.position(post) - _criteria.eye;
-    const double distanceM = std::sqrt(glm::dot(ray, ray));
+    const double eyeM = std::sqrt(glm::dot(ray, ray));
+    const double distanceM = std::max(eyeM, _criteria.shortestM);
     const double withinM = _reachM[code] + radiusM;
     const double roundingM = kRoundingM + kRoundingShare * distanceM;
     const bool near = distanceM < withinM;
@@ -255,8 +256,7 @@ void VertexTree::evaluate(VertexId v)
         insideM += radiusM;
         visible = insideM >= 0.0;
         const double marginM = std::abs(insideM);
-        const double cullTicks =
-            (marginM - roundingM) / (kMetresPerTick + (distanceM + marginM) * kRadPerTick);
+        const double cullTicks = (marginM - roundingM) / (kMetresPerTick + (eyeM + marginM) * kRadPerTick);
         if (near && visible) {
             ticks = std::min(ticks, cullTicks);
         } else if (!near && !visible) {

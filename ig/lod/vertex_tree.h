@@ -36,6 +36,7 @@ public:
         std::array<glm::dvec4, 5> planes{}; // as frustumPlanes()
         double reach = 0;                   // kappa
         double cutM = 0;
+        double shortestM = 0; // what is nearer counts as this far; see shortestDistanceM() of parallel views
     };
 
     // graph must outlive the tree. cullVertices: by frustum, vertex by vertex. expected: vertices that memory

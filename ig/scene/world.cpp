@@ -45,6 +45,11 @@ World::World(const Ellipsoid& ellipsoid, const ViewDefaults& defaults)
     _views.reserve(kViews);
 }
 
+void World::setDefaults(uint16_t view, const ViewDefaults& defaults)
+{
+    _ownDefaults.emplace_back(view, defaults);
+}
+
 void World::reset()
 {
     for (const Entity& entity : _entities) {
@@ -193,12 +198,16 @@ std::optional<World::Pose> World::entityPose(uint16_t entity, double timeS) cons
 World::View World::makeView(uint16_t id) const noexcept
 {
     View view;
+    const auto own = std::find_if(_ownDefaults.begin(), _ownDefaults.end(),
+                                  [&](const auto& defaults) { return defaults.first == id; });
+    const ViewDefaults& defaults = own != _ownDefaults.end() ? own->second : _defaults;
     view.id = id;
-    view.leftRad = _defaults.leftRad;
-    view.rightRad = _defaults.rightRad;
-    view.bottomRad = _defaults.bottomRad;
-    view.topRad = _defaults.topRad;
-    view.nearM = _defaults.nearM;
+    view.leftRad = defaults.leftRad;
+    view.rightRad = defaults.rightRad;
+    view.bottomRad = defaults.bottomRad;
+    view.topRad = defaults.topRad;
+    view.nearM = defaults.nearM;
+    view.attitude = defaults.attitude;
     return view;
 }
 
@@ -253,7 +262,13 @@ Applied World::set(const ViewShape& shape)
     const View* known = find(shape.view);
     View wanted = known != nullptr ? *known : makeView(shape.view);
     wanted.group = shape.group;
+    wanted.parallel = shape.parallel;
+    wanted.mirrorX = shape.mirrorX;
+    wanted.mirrorY = shape.mirrorY;
     assignIf(wanted.nearM, shape.nearM);
+    if (shape.farM) {
+        wanted.farM = shape.farM;
+    }
     assignIf(wanted.leftRad, shape.leftRad);
     assignIf(wanted.rightRad, shape.rightRad);
     assignIf(wanted.bottomRad, shape.bottomRad);
@@ -261,7 +276,7 @@ Applied World::set(const ViewShape& shape)
     orient(wanted.leftRad, wanted.rightRad);
     orient(wanted.bottomRad, wanted.topRad);
     if (!drawable(wanted.leftRad, wanted.rightRad) || !drawable(wanted.bottomRad, wanted.topRad) ||
-        !(wanted.nearM > 0.0)) {
+        !(wanted.nearM > 0.0) || (wanted.farM && !(*wanted.farM > wanted.nearM))) {
         return Applied::outOfRange;
     }
     View* view = findOrMake(shape.view);
@@ -299,8 +314,22 @@ std::optional<ViewState> World::viewState(uint16_t id, int widthPx, int heightPx
     ViewState state;
     state.eye = pose->position;
     state.eyeFromEcef = eyeFromEcefOfView(pose->ecefFromBody);
-    state.frustum = {std::tan(view.leftRad), std::tan(view.rightRad), std::tan(view.bottomRad),
-                     std::tan(view.topRad), view.nearM};
+    // The box of a parallel view has the sides that the angles have at the near plane.
+    const double scale = view.parallel ? view.nearM : 1.0;
+    Frustum& frustum = state.frustum;
+    frustum.left = scale * std::tan(view.leftRad);
+    frustum.right = scale * std::tan(view.rightRad);
+    frustum.bottom = scale * std::tan(view.bottomRad);
+    frustum.top = scale * std::tan(view.topRad);
+    frustum.nearM = view.nearM;
+    frustum.parallel = view.parallel;
+    if (view.farM) {
+        frustum.farM = *view.farM;
+    } else if (view.parallel) {
+        frustum.farM = farthestGroundM(state, _ellipsoid);
+    }
+    state.mirrorX = view.mirrorX;
+    state.mirrorY = view.mirrorY;
     state.widthPx = widthPx;
     state.heightPx = heightPx;
     state.visibilityM = _environment.airAt(toGeodetic(state.eye, _ellipsoid)).visibilityM;

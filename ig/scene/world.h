@@ -18,6 +18,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace ig::scene {
@@ -55,7 +56,11 @@ struct ViewPlacement {
 struct ViewShape {
     uint16_t view = 0;
     uint8_t group = 0; // the group that the view belongs to from now on; 0: none
-    std::optional<double> nearM;
+    // The projection is that of the newest statement. Parallel: the sides are where the angles meet the near
+    // plane.
+    bool parallel = false;
+    bool mirrorX = false, mirrorY = false; // the picture has left and right, top and bottom exchanged
+    std::optional<double> nearM, farM;
     std::optional<double> leftRad, rightRad, bottomRad, topRad;
 };
 
@@ -64,6 +69,7 @@ struct ViewDefaults {
     double leftRad = -36.0 * kRadPerDeg, rightRad = 36.0 * kRadPerDeg;
     double bottomRad = -22.5 * kRadPerDeg, topRad = 22.5 * kRadPerDeg;
     double nearM = 0.5;
+    YawPitchRoll attitude;  // from the entity's body axes
     double visibilityM = 0; // until the host sends one; 0: no limit
 };
 
@@ -86,6 +92,8 @@ public:
     static constexpr size_t kViews = 64;
 
     World(const Ellipsoid& ellipsoid, const ViewDefaults& defaults);
+    // Defaults of one view, but for the visibility, which is the world's; before the host speaks. Allocates.
+    void setDefaults(uint16_t view, const ViewDefaults& defaults);
 
     // Forgets every entity and view, as a host's Reset/Standby orders.
     void reset();
@@ -136,6 +144,8 @@ private:
         glm::dvec3 offsetM{0.0};
         YawPitchRoll attitude;
         double leftRad = 0, rightRad = 0, bottomRad = 0, topRad = 0, nearM = 0;
+        std::optional<double> farM; // none: nothing is cut off
+        bool parallel = false, mirrorX = false, mirrorY = false;
     };
 
     int16_t slotOf(uint16_t entity) const noexcept { return _slotOfEntity[entity]; }
@@ -150,9 +160,10 @@ private:
 
     Ellipsoid _ellipsoid;
     ViewDefaults _defaults;
-    std::vector<int16_t> _slotOfEntity; // 65536
-    std::vector<Entity> _entities;      // the used ones, in no order
-    std::vector<bool> _mayMove;         // 65536
+    std::vector<std::pair<uint16_t, ViewDefaults>> _ownDefaults; // of some views
+    std::vector<int16_t> _slotOfEntity;                          // 65536
+    std::vector<Entity> _entities;                               // the used ones, in no order
+    std::vector<bool> _mayMove;                                  // 65536
     Extrapolation _extrapolation;
     Environment _environment;
     std::vector<uint16_t> _doomed; // scratch of destroy

@@ -301,16 +301,18 @@ private:
         if (!generator) {
             giveUp(generator.error().message);
         }
+        const app::MetricsLabels labels = (*generator)->metricsLabels();
         std::unique_ptr<app::MetricsServer> server;
         if (withMetrics) {
-            auto started = app::MetricsServer::start("127.0.0.1:0", (*generator)->sinkNames());
+            auto started = app::MetricsServer::start("127.0.0.1:0", labels);
             if (!started) {
                 giveUp(started.error().message);
             }
             server = std::move(*started);
             metricsPort = server->local().port;
         }
-        app::Metrics metrics;
+        app::Metrics metrics = app::metricsFor(labels);
+        uint64_t slot = 0;
         std::unique_lock lock(_mutex);
         while (_turn != Turn::end) {
             _turn = Turn::done;
@@ -318,10 +320,10 @@ private:
             _changed.wait(lock, [this] { return _turn != Turn::done; });
             if (_turn == Turn::frame) {
                 const int64_t start = app::steadyNs();
-                const app::FrameStats stats = (*generator)->frame(start);
+                const app::FrameStats stats = (*generator)->frame(start, slot++).front();
                 if (server) {
-                    metrics.add(stats);
-                    (*generator)->note(metrics, 0);
+                    metrics.views.front().add(stats);
+                    (*generator)->note(metrics);
                     server->offer(metrics);
                     log.write(LogLevel::info,
                               app::logLine("frame", {{"number", std::to_string(stats.number)}}));

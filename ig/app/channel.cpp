@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+#include "ig/app/channel.h"
+
+#include "ig/app/frame_receipt.h"
+#include "ig/app/log.h"
+#include "ig/app/steady_clock.h"
+#include "ig/out/receipt_sink.h"
+
+#include <utility>
+
+namespace ig::app {
+
+namespace {
+
+out::SinkFormat sinkFormat(const config::View& view)
+{
+    out::SinkFormat out;
+    out.widthPx = static_cast<int>(view.width);
+    out.heightPx = static_cast<int>(view.height);
+    out.rateHz = view.rateHz;
+    out.ringSlots = static_cast<int>(view.ringSlots);
+    out.depth = view.depth;
+    out.clockNs = steadyNs;
+    return out;
+}
+
+} // namespace
+
+lod::SelectionSettings selectionSettings(const config::Settings& settings, const config::View& view)
+{
+    lod::SelectionSettings out;
+    out.method = *lod::methodOf(settings.terrain.method);
+    out.triangleBudget = static_cast<uint32_t>(view.triangleBudget);
+    out.tolerancePx = static_cast<float>(view.tolerancePx);
+    out.morph = settings.terrain.morph;
+    return out;
+}
+
+Result<std::vector<Channel::NamedSink>> Channel::openSinks(const config::View& settings)
+{
+    std::vector<NamedSink> sinks;
+    for (const std::string& name : settings.sinks) {
+        auto sink = out::makeSink(name, sinkFormat(settings));
+        if (!sink) {
+            return Unexpected{sink.error()};
+        }
+        sinks.push_back({name, std::move(*sink), {}});
+    }
+    // Last, so that its time of publishing is that of all sinks.
+    if (!settings.receipts.empty()) {
+        auto sink = out::makeReceiptSink(settings.receipts);
+        if (!sink) {
+            return Unexpected{sink.error()};
+        }
+        sinks.push_back({"receipts:" + settings.receipts, std::move(*sink), {}});
+    }
+    return sinks;
+}
+
+Channel::Channel(const config::Settings& settings, const config::View& view, size_t picture,
+                 const SlotTurns& turns, TerrainResidency& terrain, gl::Renderer& renderer, LogSink& log,
+                 const ViewState& idle, std::vector<NamedSink> sinks)
+    : _settings(view), _picture(picture), _turns(turns), _terrain(terrain), _renderer(renderer), _log(log),
+      _terrainView(terrain, selectionSettings(settings, view), renderer), _view(idle),
+      _sinks(std::move(sinks)), _rgba(static_cast<size_t>(view.width * view.height) * 4),
+      _depthM(view.depth ? _rgba.size() / 4 : 0), _budget(static_cast<uint32_t>(view.triangleBudget))
+{
+    if (settings.terrain.frameTimeMs > 0) {
+        const lod::BudgetControllerSettings control{
+            settings.terrain.frameTimeMs, static_cast<uint32_t>(settings.terrain.smallestTriangleBudget),
+            static_cast<uint32_t>(view.triangleBudget)};
+        _timeControl.emplace(control, terrain.info().shape.ellipsoid);
+    }
+}
+
+Result<void> Channel::warmUp()
+{
+    if (auto loaded = _terrainView.preload(_view); !loaded) {
+        return loaded;
+    }
+    FrameStats unused;
+    _renderer.setPicture(_picture);
+    _terrainView.draw(_view, unused);
+    _renderer.read(_rgba);
+    return {};
+}
+
+FrameStats Channel::frame(const scene::World& world, const FrameMoment& moment)
+{
+    FrameStats stats;
+    stats.number = _frameNumber++;
+    stats.view = static_cast<uint32_t>(_picture);
+    stats.hostNs = moment.hostNs;
+    // A host that destroys its ownship or resets leaves the last picture, not a black one.
+    _view = world.viewState(id(), _view.widthPx, _view.heightPx, moment.displayS).value_or(_view);
+    const int64_t renderStartNs = steadyNs();
+
+    if (_timeControl) {
+        _terrainView.setTriangleBudget(_timeControl->budgetFor(_view));
+    }
+    _renderer.setPicture(_picture);
+    _terrainView.draw(_view, stats);
+    const int64_t drawn = steadyNs();
+    _renderer.read(_rgba);
+    if (!_depthM.empty()) {
+        _renderer.readDepth(_depthM);
+    }
+    const int64_t readBack = steadyNs();
+    stats.readBackNs = readBack - drawn;
+    _budget = stats.triangleBudget;
+    out::Receipt receipt = receiptOf(stats, _view, _terrain.info().shape.ellipsoid,
+                                     {moment.scheduleStartNs, renderStartNs, readBack, moment.rateHz},
+                                     moment.host, _arrivalS.has_value());
+    receipt.view_id = id();
+    receipt.triangle_budget = stats.triangleBudget;
+    receipt.dataset_checksum = _terrain.info().checksum;
+    receipt.missed = missedFrames();
+    receipt.host_lost = moment.session.lost;
+    receipt.host_late = moment.session.late;
+    handOut(receipt);
+    const int64_t handedOut = steadyNs();
+    stats.sinkNs = handedOut - readBack;
+    if (_arrivalS) {
+        stats.transportDelayNs = handedOut - static_cast<int64_t>(*_arrivalS / kSecondsPerNs);
+        _arrivalS.reset();
+    }
+    if (_timeControl) {
+        _timeControl->look(_view, _rgba);
+    }
+    stats.frameNs = steadyNs() - moment.startNs;
+    if (_timeControl) {
+        _timeControl->observe(stats);
+    }
+    _statistics.add(stats);
+    return stats;
+}
+
+void Channel::handOut(out::Receipt& receipt)
+{
+    for (NamedSink& sink : _sinks) {
+        if (sink.sink) {
+            sink.stats = sink.sink->stats();
+        }
+        receipt.dropped += sink.stats.dropped;
+    }
+    const out::Frame frame{_view.widthPx, _view.heightPx, _rgba, receipt.frame, _depthM, &receipt};
+    for (NamedSink& sink : _sinks) {
+        if (!sink.sink) {
+            continue;
+        }
+        receipt.publish_ns = steadyNs();
+        if (const auto written = sink.sink->write(frame); !written) {
+            _log.write(
+                LogLevel::error,
+                logLine("sink_ended", {{"sink", sink.name},
+                                       {"reason", written.error().message},
+                                       {"remedy", "the other sinks go on; put it right and start again"}}));
+            sink.stats = sink.sink->stats();
+            (void)sink.sink->close(); // it has said all there is
+            sink.sink.reset();
+        }
+    }
+}
+
+void Channel::apply(const config::Settings& settings, const config::View& view)
+{
+    _settings.triangleBudget = view.triangleBudget;
+    _settings.tolerancePx = view.tolerancePx;
+    const lod::SelectionSettings selection = selectionSettings(settings, view);
+    _terrainView.reconfigure(selection);
+    if (_timeControl) {
+        _timeControl->setLargestBudget(selection.triangleBudget);
+    }
+}
+
+void Channel::finish()
+{
+    for (NamedSink& sink : _sinks) {
+        if (sink.sink) {
+            const out::SinkStats before = sink.sink->stats();
+            const auto closed = sink.sink->close();
+            sink.stats = closed ? *closed : before;
+            if (!closed) {
+                _log.write(LogLevel::error,
+                           logLine("sink_end_failed", {{"sink", sink.name},
+                                                       {"reason", closed.error().message},
+                                                       {"remedy", "its last frames are lost"}}));
+            }
+            sink.sink.reset();
+        }
+    }
+}
+
+void Channel::addSinks(RunSummary& run) const
+{
+    for (const NamedSink& sink : _sinks) {
+        run.sinks.push_back({sink.name, id(), sink.sink ? sink.sink->stats() : sink.stats});
+    }
+}
+
+void Channel::addSinks(Metrics& metrics, size_t& next) const
+{
+    for (const NamedSink& sink : _sinks) {
+        metrics.sinks[next++] = {sink.sink ? sink.sink->stats() : sink.stats, sink.sink != nullptr};
+    }
+}
+
+void Channel::addSinkNames(MetricsLabels& labels) const
+{
+    for (const NamedSink& sink : _sinks) {
+        labels.sinks.push_back({id(), sink.name});
+    }
+}
+
+} // namespace ig::app

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// A channel: one view of the host with all that is its own: terrain selection, picture, turn in the frame
+// schedule, triangle budget, sinks, receipts, figures. What channels share (pages, programs, context, host,
+// world) belongs to the ImageGenerator.
+#pragma once
+
+#include "config/settings.h"
+#include "ig/app/frame_schedule.h"
+#include "ig/app/frame_stats.h"
+#include "ig/app/frame_time_control.h"
+#include "ig/app/metrics.h"
+#include "ig/app/run_statistics.h"
+#include "ig/app/terrain_view.h"
+#include "ig/base/log.h"
+#include "ig/base/result.h"
+#include "ig/gl/renderer.h"
+#include "ig/out/frame_sink.h"
+#include "ig/scene/world.h"
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ig::app {
+
+// What a channel's frame is made of, beside the world.
+struct FrameMoment {
+    int64_t scheduleStartNs = 0; // when the slot's first frame started: the time that the pictures stand for
+    int64_t startNs = 0;         // when this frame started
+    int64_t hostNs = 0;          // what of it went to the host
+    double displayS = 0;         // the time that the picture is drawn for
+    double rateHz = 0;           // of the schedule
+    std::optional<hostif::HostFrame> host; // the newest message
+    hostif::SessionStats session;
+};
+
+class Channel {
+public:
+    struct NamedSink {
+        std::string name;
+        std::unique_ptr<out::FrameSink> sink; // empty once it has failed
+        out::SinkStats stats;
+    };
+    // The sinks of a view and its receipts, which come last. Errors: of whichever sink.
+    static Result<std::vector<NamedSink>> openSinks(const config::View& settings);
+
+    // picture: of the renderer. idle: what is drawn until the host has said something about the view.
+    // terrain, renderer and log must outlive the channel.
+    Channel(const config::Settings& settings, const config::View& view, size_t picture,
+            const SlotTurns& turns, TerrainResidency& terrain, gl::Renderer& renderer, LogSink& log,
+            const ViewState& idle, std::vector<NamedSink> sinks);
+
+    // Loads what the first picture needs and draws it for nobody: drivers compile at the first draw.
+    Result<void> warmUp();
+
+    // Whether a frame is due in this slot of the schedule. Once per slot, slots in order.
+    bool takeTurn(uint64_t slot) noexcept { return _turns.take(slot); }
+    // A message of the host came in for the next frame.
+    void noteArrival(double arrivalS) noexcept { _arrivalS = arrivalS; }
+    FrameStats frame(const scene::World& world, const FrameMoment& moment);
+
+    // Takes over what may change while running; between frames, allocates.
+    void apply(const config::Settings& settings, const config::View& view);
+
+    // Finishes the sinks.
+    void finish();
+
+    const config::View& settings() const noexcept { return _settings; }
+    uint16_t id() const noexcept { return static_cast<uint16_t>(_settings.id); }
+    const RunStatistics& statistics() const noexcept { return _statistics; }
+    uint64_t missedFrames() const noexcept { return _turns.missed(); }
+    uint32_t triangleBudget() const noexcept { return _budget; } // in force
+    void addSinks(RunSummary& run) const;
+    void addSinks(Metrics& metrics, size_t& next) const; // into metrics.sinks[next++]
+    void addSinkNames(MetricsLabels& labels) const;
+
+private:
+    void handOut(out::Receipt& receipt);
+
+    config::View _settings;
+    size_t _picture;
+    SlotTurns _turns;
+    TerrainResidency& _terrain;
+    gl::Renderer& _renderer;
+    LogSink& _log;
+    TerrainView _terrainView;
+    std::optional<FrameTimeControl> _timeControl; // absent: fixed budget
+    ViewState _view;                              // the last one drawn, at first the idle one
+    std::vector<NamedSink> _sinks;
+    std::vector<std::byte> _rgba;
+    std::vector<float> _depthM; // empty: nobody wants it
+    RunStatistics _statistics;
+    uint64_t _frameNumber = 0;
+    uint32_t _budget;
+    std::optional<double> _arrivalS; // of the newest message since the last frame
+};
+
+// The selection that a view asks for.
+lod::SelectionSettings selectionSettings(const config::Settings& settings, const config::View& view);
+
+} // namespace ig::app
