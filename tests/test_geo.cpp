@@ -315,3 +315,22 @@ TEST_CASE("the share below the horizon is that of the lines of sight that meet t
     nowhere.eye.m = glm::dvec3(std::numeric_limits<double>::quiet_NaN());
     CHECK_FALSE(shareBelowHorizon(nowhere, kWgs84) > 1);
 }
+
+TEST_CASE("a parallel view's share of ground is that of its rays that meet the sphere")
+{
+    const Ellipsoid moon{1'737'400, 0};
+    ViewState view;
+    view.eye = toEcef(degrees(10, 20, 5e6), moon);
+    const glm::dmat3 axes = ecefFromNed(10 * kRadPerDeg, 20 * kRadPerDeg);
+    const auto shareAt = [&](double pitchRad, double halfM) {
+        view.eyeFromEcef = eyeFromEcefOfView(axes * parentFromChild({0.4, pitchRad, 0}));
+        view.frustum = {-halfM, halfM, -halfM, halfM, 1.0, 1e7, true};
+        return shareBelowHorizon(view, moon);
+    };
+    CHECK(shareAt(-kPi / 2, 5e5) == 1);
+    CHECK(shareAt(kPi / 2, 5e5) == 0);
+    const double disc = kPi * moon.semiMajorM * moon.semiMajorM;
+    CHECK(shareAt(-kPi / 2, 2e6) == Approx(disc / 16e12).margin(0.01));
+    view.eye = toEcef(degrees(10, 20, 100), moon);
+    CHECK(shareAt(0, 2'000) == Approx(0.5 - 100.0 / 4'000).margin(0.01)); // level: the lower part is below
+}

@@ -218,6 +218,44 @@ TEST_CASE("flat ground is one tile of the coarsest level")
     CHECK(list.stats.errorPx == 0);
 }
 
+TEST_CASE("tiles of a parallel view are watertight, in the budget, of one size on screen, and none in view "
+          "is culled")
+{
+    std::mt19937 random(12);
+    const test::Terrain terrain = test::makeTerrain(3000, 2100, 0.03F, 5);
+    for (const bool morph : {false, true}) {
+        GeomipSelector selector(terrain.shape, terrain.pages, {20'000, 2.0F, morph});
+        for (int i = 0; i < 30; ++i) {
+            ViewState view = randomView(terrain, random);
+            const double halfM = 500.0 * std::pow(3.0, i % 5);
+            view.frustum = {-halfM, halfM, -0.6 * halfM, 0.6 * halfM, 1.0, 1e7, true};
+            DrawList list;
+            selector.select(view, terrain.slotOfPage, list);
+            checkWatertight(terrain, list);
+            CHECK(list.stats.triangles <= 20'000);
+            CHECK(list.stats.errorPx <= std::max(2.0F, list.stats.tauPx));
+            const Visibility visibility(view, terrain.shape.ellipsoid, terrain.pages[0].minHeightM);
+            double worstM = 0;
+            for (const DrawItem& item : list.items) {
+                const PageNode& page = terrain.pages[item.page];
+                const TileKey key = test::keyOf(terrain, item);
+                const TileBox box = tileBox(terrain.shape, key, page.minHeightM, page.maxHeightM);
+                CHECK(distanceM(box, view) == kParallelDistanceM);
+                // What the box's middle shows is in the picture: then the tile is seen.
+                const glm::dvec3 eye = view.eyeFromEcef * (box.centre - view.eye.m);
+                const bool inside = -eye.z > 1.0 && std::abs(eye.x) < halfM && std::abs(eye.y) < 0.6 * halfM;
+                Visibility::PlaneMask planes = Visibility::kAllPlanes;
+                CHECK((!inside || visibility.sees(box, planes)));
+                if (item.stride == 4 && inside) {
+                    worstM = std::max(worstM, double{page.errorM});
+                }
+            }
+            const double pixelsPerM = view.widthPx / (2 * halfM);
+            CHECK(worstM * pixelsPerM <= std::max(2.0F, list.stats.tauPx) * 1.0001);
+        }
+    }
+}
+
 TEST_CASE("a larger budget draws a smaller error, until the tolerance is met")
 {
     const test::Terrain terrain = test::makeTerrain(3000, 2100, 0.3F, 5);

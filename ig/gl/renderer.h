@@ -38,8 +38,8 @@ struct RendererSettings {
     int widthPx = 1280;
     int heightPx = 720;
     std::vector<PictureSize> furtherPictures = {}; // beside the first: those of other views
-    uint32_t pageSlots = 512;                 // pages that fit on the GPU at one time
-    bool holes = false;                       // the dataset has holes: compile the variant that discards them
+    uint32_t pageSlots = 512;                      // pages that fit on the GPU at one time
+    bool holes = false; // the dataset has holes: compile the variant that discards them
     // Distance at which haze leaves 2 % contrast (Koschmieder) where the view says none; 0 leaves haze out,
     // whatever the view says.
     double visibilityM = 0;

@@ -326,9 +326,10 @@ private:
         if (!generator) {
             giveUp(generator.error().message);
         }
+        const app::MetricsLabels labels = (*generator)->metricsLabels();
         std::unique_ptr<app::MetricsServer> server;
         if (withMetrics) {
-            auto started = app::MetricsServer::start("127.0.0.1:0", (*generator)->sinkNames());
+            auto started = app::MetricsServer::start("127.0.0.1:0", labels);
             if (!started) {
                 giveUp(started.error().message);
             }
@@ -338,7 +339,8 @@ private:
         const std::string said = (*generator)->description();
         const size_t begin = said.find("127.0.0.1:");
         address = said.substr(begin, said.find(' ', begin) - begin);
-        app::Metrics metrics;
+        app::Metrics metrics = app::metricsFor(labels);
+        uint64_t slot = 0;
         std::unique_lock lock(_mutex);
         while (_turn != Turn::end) {
             _turn = Turn::done;
@@ -346,10 +348,10 @@ private:
             _changed.wait(lock, [this] { return _turn != Turn::done; });
             if (_turn == Turn::frame) {
                 const int64_t start = app::steadyNs();
-                const app::FrameStats stats = (*generator)->frame(start);
+                const app::FrameStats stats = (*generator)->frame(start, slot++).front();
                 if (server) {
-                    metrics.add(stats);
-                    (*generator)->note(metrics, 0);
+                    metrics.views.front().add(stats);
+                    (*generator)->note(metrics);
                     server->offer(metrics);
                     log.write(LogLevel::info,
                               app::logLine("frame", {{"number", std::to_string(stats.number)}}));
