@@ -4,6 +4,7 @@
 #include <linux/filter.h>
 #include <linux/sock_diag.h>
 #include <netinet/in.h>
+#include <netinet/udp.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -262,6 +263,32 @@ void UdpSocket::send(std::span<const std::byte> bytes, const Address& to) noexce
             break;
     }
     _stats.sendsFailed += passing(errno) ? 0 : 1;
+}
+
+void UdpSocket::sendMany(std::span<const std::byte> bytes, size_t each, const Address& to) noexcept
+{
+    const SocketAddress target = toSocketAddress(to);
+    iovec data{const_cast<std::byte*>(bytes.data()), bytes.size()}; // is only read
+    alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(sizeof(uint16_t))> control{};
+    msghdr message{};
+    message.msg_name = const_cast<sockaddr_storage*>(&target.storage);
+    message.msg_namelen = target.size;
+    message.msg_iov = &data;
+    message.msg_iovlen = 1;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    cmsghdr* segment = CMSG_FIRSTHDR(&message);
+    segment->cmsg_level = SOL_UDP;
+    segment->cmsg_type = UDP_SEGMENT;
+    segment->cmsg_len = CMSG_LEN(sizeof(uint16_t));
+    const auto size = static_cast<uint16_t>(each);
+    std::memcpy(CMSG_DATA(segment), &size, sizeof size);
+    if (::sendmsg(_fd, &message, MSG_NOSIGNAL) >= 0) {
+        _stats.sent += (bytes.size() + each - 1) / each;
+        return;
+    }
+    for (size_t at = 0; at < bytes.size(); at += each)
+        send(bytes.subspan(at, std::min(each, bytes.size() - at)), to);
 }
 
 bool UdpSocket::admitOnly(const std::optional<Address>& sender) noexcept

@@ -44,6 +44,9 @@ public:
     bool receive(Received& out) noexcept;
     // Sends or drops; never blocks. Peers that are not there are no error.
     void send(std::span<const std::byte> bytes, const Address& to) noexcept;
+    // The same for many datagrams of `each` bytes, the last one of what is left, in one call of the kernel
+    // where it can (UDP_SEGMENT): for load tests. each > 0, 64 datagrams and 65,507 bytes at most.
+    void sendMany(std::span<const std::byte> bytes, size_t each, const Address& to) noexcept;
     // From now on the kernel queues only what comes from this address and port and drops the rest unread,
     // which costs this process nothing; no sender: all is queued again. What is queued already stays. False
     // where the kernel does not allow it; nothing has changed then.

@@ -537,3 +537,59 @@ TEST_CASE(
     CHECK(refused.error().kind == ErrorKind::usage);
     CHECK(refused.error().message.starts_with("host.record: "));
 }
+
+TEST_CASE("accelerations of CIGI 4 and trajectories of CIGI 3 move the entity on")
+{
+    for (const Protocol protocol : {Protocol::cigi3, Protocol::cigi4}) {
+        Pair pair(settings());
+        if (protocol == Protocol::cigi4) {
+            hostif::AccelerationControl push;
+            push.frame = hostif::RateFrame::world;
+            push.xMps2 = 100;
+            pair.send(protocol, {ownship(), push});
+        } else {
+            hostif::TrajectoryDefinition fall;
+            fall.xMps2 = 100;
+            pair.send(protocol, {ownship(), fall});
+        }
+        REQUIRE(pair.receive());
+        const double arrivalS = *pair.link.newestArrivalS();
+        const auto eye = [&](double timeS) { return pair.world.viewState(0, 16, 16, timeS)->eye.m; };
+        CHECK(glm::length(eye(arrivalS + 0.2) - eye(arrivalS)) == Approx(0.5 * 100 * 0.04).epsilon(1e-6));
+        CHECK(pair.link.refusedByWorld() == 0);
+    }
+}
+
+TEST_CASE("the clamp of an entity arrives in CIGI 3 and CIGI 4, and conformal clamped packets move it on")
+{
+    struct Flat final : GroundQueries {
+        Known groundAt(double, double, Ground& out) override
+        {
+            out.heightM = 400;
+            return Known::yes;
+        }
+        Known firstHit(const EcefPos&, const EcefPos&, bool, double&, GroundHit&) override
+        {
+            return Known::nothing;
+        }
+    };
+    for (const Protocol protocol : {Protocol::cigi3, Protocol::cigi4}) {
+        for (const auto clamp :
+             {hostif::GroundClamp::none, hostif::GroundClamp::nonConformal, hostif::GroundClamp::conformal}) {
+            Pair pair(settings());
+            Flat ground;
+            hostif::EntityControl vehicle = ownship();
+            vehicle.clamp = clamp;
+            vehicle.altitudeOrZM = 3;
+            hostif::ConformalClampedPosition on;
+            on.latitudeDeg = 56.9;
+            on.longitudeDeg = -5;
+            pair.send(protocol, {vehicle, on});
+            REQUIRE(pair.receive());
+            pair.world.standOnGround(ground, now());
+            const Geodetic at = toGeodetic(pair.world.viewState(0, 16, 16, now())->eye);
+            CHECK(at.latitudeRad * kDegPerRad == Approx(56.9));
+            CHECK(at.heightM == Approx(clamp == hostif::GroundClamp::none ? 3 : 403).margin(1e-6));
+        }
+    }
+}

@@ -434,9 +434,11 @@ TEST_CASE("a flood is of all kinds: some of it a session believes, if nobody sto
 {
     hostif::Session session{{}};
     double timeS = 0;
-    for (const auto& datagram : hostileDatagrams(1000, 7)) {
-        session.receive(datagram, loopback(4000), timeS += 1e-3);
-        (void)session.takeEvents();
+    for (const HostileBurst& burst : hostileBursts(50, 7)) {
+        for (size_t at = 0; at < burst.bytes.size(); at += burst.each) {
+            session.receive(std::span(burst.bytes).subspan(at, burst.each), loopback(4000), timeS += 1e-3);
+            (void)session.takeEvents();
+        }
     }
     const auto& stats = session.stats();
     using hostif::Reason;
@@ -446,6 +448,7 @@ TEST_CASE("a flood is of all kinds: some of it a session believes, if nobody sto
     CHECK(stats.reasons[Reason::overrun] + stats.reasons[Reason::badSize] > 50);
     CHECK(stats.reasons[Reason::junk] > 100);
     CHECK(stats.reasons[Reason::tooShort] > 0);
+    CHECK(stats.datagrams == 50 * kBurst);
 }
 
 TEST_CASE("a flood is sent at about its rate, and ends with its sender")

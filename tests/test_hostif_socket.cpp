@@ -237,3 +237,22 @@ TEST_CASE("a socket that admits one sender hears it alone, counts the others, an
         CHECK(socket.admitOnly(std::nullopt)); // again does no harm
     }
 }
+
+TEST_CASE("many datagrams sent at once arrive one by one, each of its size")
+{
+    UdpSocket socket = *UdpSocket::open(*parseAddress("127.0.0.1:0"));
+    UdpSocket sender = *UdpSocket::open(*parseAddress("127.0.0.1:0"));
+    std::vector<std::byte> bytes(50);
+    for (size_t i = 0; i < bytes.size(); ++i)
+        bytes[i] = static_cast<std::byte>(i);
+    sender.sendMany(bytes, 20, socket.local());
+    CHECK(sender.stats().sent == 3);
+    for (const size_t begin : {0U, 20U, 40U}) {
+        UdpSocket::Received got;
+        REQUIRE(socket.wait(1));
+        REQUIRE(socket.receive(got));
+        const auto expected = std::span(bytes).subspan(begin, std::min<size_t>(20, bytes.size() - begin));
+        CHECK(std::equal(got.bytes.begin(), got.bytes.end(), expected.begin(), expected.end()));
+        CHECK(got.sender == sender.local());
+    }
+}

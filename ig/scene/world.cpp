@@ -165,7 +165,8 @@ void World::observe(Entity& entity, const EntityState& next, double timeS) const
     const EntityState& last = entity.state;
     const double overS = timeS - entity.timeS;
     const bool one = last.attached == next.attached && last.parent == next.parent && last.clamp == next.clamp;
-    if (!_extrapolation.stamped || !one || !(overS >= kShortestS && overS <= kLongestS)) {
+    const bool wanted = _extrapolation.enabled && _extrapolation.stamped && _mayMove[last.id];
+    if (!wanted || !one || !(overS >= kShortestS && overS <= kLongestS)) {
         entity.rates = {};
         entity.seenOverS = 0;
         return;

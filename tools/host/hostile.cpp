@@ -30,29 +30,25 @@ std::vector<std::byte> message(uint32_t frame, bool good)
 
 } // namespace
 
-std::vector<std::vector<std::byte>> hostileDatagrams(size_t count, uint64_t seed)
+std::vector<HostileBurst> hostileBursts(size_t count, uint64_t seed)
 {
     std::mt19937_64 random(seed);
-    std::vector<std::vector<std::byte>> datagrams;
+    std::vector<HostileBurst> bursts(count);
     for (size_t i = 0; i < count; ++i) {
-        std::vector<std::byte> bytes = message(static_cast<uint32_t>(random()), i % 5 != 4);
-        switch (i % 5) {
-        case 0:
-            bytes.resize(random() % 512);
-            std::generate(bytes.begin(), bytes.end(), [&] { return static_cast<std::byte>(random()); });
-            break;
-        case 1:
-            bytes.resize(random() % bytes.size());
-            break;
-        case 2:
-            bytes[2] = static_cast<std::byte>(5 + random() % 200); // CIGI's major version
-            break;
-        default: // whole, or with NaN
-            break;
+        const size_t kind = i % 5;
+        const size_t whole = message(0, true).size();
+        bursts[i].each = kind == 0 ? 1 + random() % 512 : kind == 1 ? 1 + random() % (whole - 1) : whole;
+        for (size_t k = 0; k < kBurst; ++k) {
+            std::vector<std::byte> bytes = message(static_cast<uint32_t>(random()), kind != 4);
+            bytes.resize(bursts[i].each);
+            if (kind == 0)
+                std::generate(bytes.begin(), bytes.end(), [&] { return static_cast<std::byte>(random()); });
+            else if (kind == 2)
+                bytes[2] = static_cast<std::byte>(5 + random() % 200); // CIGI's major version
+            bursts[i].bytes.insert(bursts[i].bytes.end(), bytes.begin(), bytes.end());
         }
-        datagrams.push_back(std::move(bytes));
     }
-    return datagrams;
+    return bursts;
 }
 
 ig::Result<std::unique_ptr<Hostile>> Hostile::start(const hostif::Address& target, double ratePerS)
@@ -82,17 +78,17 @@ Hostile::~Hostile()
 void Hostile::send()
 {
     using Clock = std::chrono::steady_clock;
-    constexpr auto kBurst = std::chrono::milliseconds(1);
-    const auto datagrams = hostileDatagrams(1000, 7);
-    const auto perBurst = static_cast<uint64_t>(std::max(1.0, _ratePerS * 1e-3));
+    constexpr auto kTick = std::chrono::milliseconds(1);
+    const auto bursts = hostileBursts(500, 7);
     size_t next = 0;
-    for (auto due = Clock::now(); !_stop; due = std::max(due + kBurst, Clock::now() - kBurst)) {
+    double owed = 0; // datagrams
+    for (auto due = Clock::now(); !_stop; due = std::max(due + kTick, Clock::now() - kTick)) {
         std::this_thread::sleep_until(due);
-        for (uint64_t i = 0; i < perBurst; ++i) {
-            _sockets[next % _sockets.size()].send(datagrams[next % datagrams.size()], _target);
-            ++next;
+        for (owed += _ratePerS * 1e-3; owed >= double{kBurst}; owed -= double{kBurst}, ++next) {
+            const HostileBurst& burst = bursts[next % bursts.size()];
+            _sockets[next % _sockets.size()].sendMany(burst.bytes, burst.each, _target);
+            _sent += kBurst;
         }
-        _sent += perBurst;
     }
 }
 

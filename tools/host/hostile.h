@@ -15,12 +15,19 @@
 
 namespace host {
 
-// Datagrams of every kind, in turn.
-std::vector<std::vector<std::byte>> hostileDatagrams(size_t count, uint64_t seed);
+// Datagrams of one kind and size, one after the other.
+struct HostileBurst {
+    std::vector<std::byte> bytes;
+    size_t each = 0;
+};
+inline constexpr size_t kBurst = 32; // datagrams
+
+// Bursts of every kind, in turn.
+std::vector<HostileBurst> hostileBursts(size_t count, uint64_t seed);
 
 class Hostile {
 public:
-    // Sends from now on, on a thread of its own, `ratePerS` datagrams a second in bursts of a millisecond;
+    // Sends from now on, on a thread of its own, `ratePerS` datagrams a second, each millisecond's at once;
     // what this machine does not manage is left out, not made up for. Errors: as UdpSocket::open.
     static ig::Result<std::unique_ptr<Hostile>> start(const hostif::Address& target, double ratePerS);
     ~Hostile(); // ends it
