@@ -342,6 +342,11 @@ uint32_t PageLists::gather(int32_t slot, const glm::dvec3& eye, std::span<const 
     }
     _visible.clear();
     for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
+        if (first != kNone) {
+            __builtin_prefetch(&_clusters[first]);
+        }
+    }
+    for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
         for (uint32_t at = first; at != kNone;) {
             const Cluster& cluster = _clusters[at];
             bool visible = true;
