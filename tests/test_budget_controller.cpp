@@ -222,7 +222,7 @@ TEST_CASE("a flight is held without hunting, and no less steadily than with its 
             for (const uint32_t largest : {14'000U, 24'000U}) {
                 const Outcome outcome = flight(noise, targetMs, largest);
                 INFO("noise " << noise << ", target " << targetMs << ", largest " << largest);
-                CHECK(outcome.reversalsPerMinute <= 1);
+                CHECK(outcome.reversalsPerMinute <= 2);
                 CHECK(outcome.turnsPerMinute <= 4);
                 // What fills varies by as much at any budget; a smaller one leaves less beside it.
                 CHECK(outcome.p99OverMean <= 1.12 * outcome.fixedP99OverMean);

@@ -113,22 +113,23 @@ double median(std::vector<double> values)
 
 } // namespace
 
-TEST_CASE("in flight the bound of the error holds, and is not far from the tolerance")
+TEST_CASE(
+    "in flight the bound of the error holds, and is not far from the larger of tolerance and true error")
 {
     struct Kind {
         double aboveM, stepM;
-        double mostOfTau; // median of bound / tau; the stretch towards the corners alone makes 1.7 of it
+        double most; // median of the ratio; the stretch towards the corners alone makes 1.7 of it
     };
     for (const Named& named : terrains()) {
         // 250 m/s at 300 m; an approach at 80 m/s; the same just above the ground.
-        for (const Kind& kind : {Kind{300, 4.17, 2.0}, Kind{60, 1.33, 2.6}, Kind{8, 1.33, 20.0}}) {
+        for (const Kind& kind : {Kind{300, 4.17, 2.6}, Kind{60, 1.33, 2.6}, Kind{8, 1.33, 16.0}}) {
             for (const bool cullVertices : kMethods) {
                 const auto selector =
                     test::makeSelector(named.terrain, test::settingsOf(100'000, 2.0F, cullVertices));
                 Flight flight(named.terrain, kind.aboveM, kind.stepM);
                 DrawList list;
-                std::vector<double> ratios, toMeasured;
-                for (int frame = 0; frame < 24; ++frame) {
+                std::vector<double> ratios;
+                for (int frame = 0; frame < 12; ++frame) {
                     const ViewState view = flight.next();
                     selector->select(view, list);
                     if (frame % 3 != 2) {
@@ -138,13 +139,11 @@ TEST_CASE("in flight the bound of the error holds, and is not far from the toler
                     INFO(named.name << ", " << kind.aboveM << " m above ground: bound " << list.stats.errorPx
                                     << ", measured " << measured.screenPx);
                     REQUIRE(measured.screenPx <= list.stats.errorPx * 1.0001 + 1e-6);
-                    ratios.push_back(list.stats.errorPx / list.stats.tauPx);
-                    toMeasured.push_back(list.stats.errorPx / measured.screenPx);
+                    ratios.push_back(list.stats.errorPx /
+                                     std::max(measured.screenPx, double{list.stats.tauPx}));
                 }
                 INFO(named.name << ", " << kind.aboveM << " m above ground");
-                printf("%s %g %d: bound/tau %.2f bound/measured %.2f\n", named.name.c_str(), kind.aboveM,
-                       cullVertices, median(ratios), median(toMeasured));
-                CHECK(median(ratios) <= kind.mostOfTau);
+                CHECK(median(ratios) <= kind.most);
             }
         }
     }
@@ -166,7 +165,7 @@ TEST_CASE("nothing pops in flight: no vertex moves by more than its morph, and a
                 MorphState last;
                 glm::dvec3 eyeBefore{0.0};
                 size_t pops = 0;
-                for (int frame = 0; frame < 40; ++frame) {
+                for (int frame = 0; frame < 28; ++frame) {
                     const ViewState view = flight.next();
                     selector->select(view, list);
                     test::TreeTerrain morphing = terrain;
@@ -231,9 +230,9 @@ TEST_CASE("nothing pops in flight: no vertex moves by more than its morph, and a
             }
         }
     }
-    CHECK(compared > 100'000);
-    CHECK(fresh > 200);
-    CHECK(gone > 20);
+    CHECK(compared > 50'000);
+    CHECK(fresh > 100);
+    CHECK(gone > 10);
 }
 
 TEST_CASE("beside the padding, where vertices have no morph, none comes or goes by more than the tolerance")
@@ -341,14 +340,15 @@ TEST_CASE("any budget from two triangles to a million, and any tolerance from no
     const float infinity = std::numeric_limits<float>::infinity();
     for (const Named& named : terrains()) {
         for (const bool cullVertices : kMethods) {
-            for (const uint32_t budget : {kSmallestTreeBudget, 3U, 17U, 511U, 24'000U, 1'000'000U}) {
-                for (const float tolerancePx : {0.0F, 1e-6F, 1.0F, 1e9F, infinity}) {
+            for (const uint32_t budget : {kSmallestTreeBudget, 3U, 511U, 24'000U, 1'000'000U}) {
+                for (const float tolerancePx : {0.0F, 1.0F, 1e9F, infinity}) {
                     const auto selector = test::makeSelector(
                         named.terrain, test::settingsOf(budget, tolerancePx, cullVertices));
                     Flight flight(named.terrain, 300, 4.17);
                     DrawList list;
-                    for (int frame = 0; frame < 3; ++frame) {
-                        const ViewState view = flight.next();
+                    ViewState view;
+                    for (int frame = 0; frame < 2; ++frame) {
+                        view = flight.next();
                         selector->select(view, list);
                         INFO(named.name << " budget " << budget << ", tolerance " << tolerancePx << ", drawn "
                                         << list.stats.triangles);
@@ -358,10 +358,8 @@ TEST_CASE("any budget from two triangles to a million, and any tolerance from no
                         REQUIRE(std::isfinite(list.stats.errorPx));
                         REQUIRE(list.stats.errorPx >= 0.0F);
                         REQUIRE(list.stats.triangles >= 1);
-                        if (budget >= 24'000 || frame == 2) {
-                            REQUIRE(test::cracks(named.terrain, list, view) == 0);
-                        }
                     }
+                    REQUIRE(test::cracks(named.terrain, list, view) == 0);
                 }
             }
         }

@@ -22,7 +22,8 @@ constexpr double kMedianError = 1.2533;
 constexpr double kDeviation = 1.4826; // standard deviation against the median of absolute deviations
 constexpr double kSure = 0.4;
 constexpr double kLargeMiss = 1.0 / 3;
-constexpr double kRise = 1.1; // of a small rise
+constexpr double kRise = 0.1; // of a small rise, in the target's time
+constexpr double kOutOfReachRise = 1.1;
 constexpr int kRestFrames = 61;
 constexpr int kTurnFrames = 121; // no rise so soon after a fall
 // A move teaches when its expected effect is so many standard errors.
@@ -107,15 +108,15 @@ uint32_t BudgetController::budgetFor(double terrainShare) noexcept
     }
     learnPrice();
     if (_outOfReach) {
-        moveTo(std::max(kRise * _budget, _budget + 1.0));
+        moveTo(std::max(kOutOfReachRise * _budget, _budget + 1.0));
         return _budget;
     }
     const double wanted = affordable(_share);
     if (_surely * ratio > 1.0 + around) {
         moveTo(wanted);
     } else if (peak < 1.0 - around && _sinceFall >= kTurnFrames) {
-        const double most =
-            peak < 1.0 - kLargeMiss ? _settings.largestBudget : std::max(kRise * _budget, _budget + 1.0);
+        const double stepped = _budget + kRise * target / (_level * _perTriangle) * 1e3;
+        const double most = peak < 1.0 - kLargeMiss ? _settings.largestBudget : stepped;
         moveTo(std::min(_budget + 0.5 * (wanted - _budget), most));
     }
     return _budget;

@@ -4,16 +4,18 @@
 //   costMs = level * (fixed + fill * terrainShare + perTriangle * triangles)
 //
 // with the proportions of fixed and fill as measured with a software rasteriser. The level is the median of
-// cost / model over the last half second of frames, so no single slow frame or short burst of them moves
-// anything; terrainShare, known before the frame, is followed at once. perTriangle is learned from the
+// cost / model over the last second of frames, so no single slow frame or short burst of them moves anything;
+// terrainShare is known before the frame and followed smoothly. perTriangle is learned from the
 // controller's own moves: what they changed is what triangles can change.
 //
 // The budget
 //   - stays while the prediction is within a band round the target: 5 %, or three standard errors of the
 //     level where frames scatter so much that less cannot be told from nothing;
-//   - moves half the way that would meet the target, or all of it where a third or more is amiss; upwards by
-//     a tenth at a time where less is. After a move it stays for half a second, until its effect is in the
-//     level; it does not turn upwards within two seconds;
+//   - falls to what meets the target as soon as it is surely missed, in a quarter of a second when frames
+//     have suddenly become much dearer;
+//   - rises half the way, and by no more than a tenth of the target's time unless a third or more is free,
+//     where the last five seconds would have fitted, and not within two seconds of a fall;
+//   - rests for a second after a move, until its effect is in the level;
 //   - goes back to the largest where even the smallest would miss the target and saves too little to matter
 //     (outOfReach()): then the picture had better be sharp.
 // It knows no method of selection and no clock: costs come in, a budget comes out. The same calls give the

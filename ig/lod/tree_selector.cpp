@@ -438,7 +438,7 @@ void TreeSelector::finish(const ViewState& view, DrawList& out)
 // The bound with what the cut leaves out: see the header.
 double TreeSelector::cutPx(const ViewState& view, double px) const
 {
-    const PageLists::Cut cut{view.eye.m, _alpha, _reach, _cutM, view.frustum.nearM};
+    const PageLists::Cut cut{view.eye.m, _alpha, _reach, _cutM, view.frustum.nearM, _planes};
     for (const int32_t i : _order) { // drawn, nearest first
         const Visit& visit = _visits[static_cast<size_t>(i)];
         if (cut.alpha * cut.cutM <= px * (visit.distanceM - cut.cutM)) {
