@@ -112,11 +112,12 @@ uint32_t BudgetController::budgetFor(double terrainShare) noexcept
         return _budget;
     }
     const double wanted = affordable(_share);
+    const bool free = ratio * (1.0 + around) < 1.0 - kLargeMiss;
     if (_surely * ratio > 1.0 + around) {
         moveTo(wanted);
-    } else if (peak < 1.0 - around && _sinceFall >= kTurnFrames) {
+    } else if ((peak < 1.0 - around || free) && _sinceFall >= kTurnFrames) {
         const double stepped = _budget + kRise * target / (_level * _perTriangle) * 1e3;
-        const double most = peak < 1.0 - kLargeMiss ? _settings.largestBudget : stepped;
+        const double most = free ? _settings.largestBudget : stepped;
         moveTo(std::min(_budget + 0.5 * (wanted - _budget), most));
     }
     return _budget;

@@ -13,8 +13,8 @@
 //     level where frames scatter so much that less cannot be told from nothing;
 //   - falls to what meets the target as soon as it is surely missed, in a quarter of a second when frames
 //     have suddenly become much dearer;
-//   - rises half the way, and by no more than a tenth of the target's time unless a third or more is free,
-//     where the last five seconds would have fitted, and not within two seconds of a fall;
+//   - rises half the way, by no more than a tenth of the target's time and where the last five seconds would
+//     have fitted, unless a third or more is free; not within two seconds of a fall;
 //   - rests for a second after a move, until its effect is in the level;
 //   - goes back to the largest where even the smallest would miss the target and saves too little to matter
 //     (outOfReach()): then the picture had better be sharp.
