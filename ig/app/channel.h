@@ -83,6 +83,7 @@ public:
 
 private:
     out::FrameMemory memoryForFrame();
+    void tellReach();
     void handOut(out::Receipt& receipt, const out::FrameMemory& memory, int64_t recordingAheadNs);
 
     config::View _settings;
@@ -93,6 +94,7 @@ private:
     LogSink& _log;
     TerrainView _terrainView;
     std::optional<FrameTimeControl> _timeControl; // absent: fixed budget
+    bool _toldOutOfReach = false;                 // that the control cannot hold its time
     ViewState _view;                              // the last one drawn, at first the idle one
     std::vector<NamedSink> _sinks;
     std::vector<std::byte> _rgba; // for frames that no sink has memory for

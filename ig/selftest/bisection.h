@@ -3,6 +3,7 @@
 // and without the engine's data structures: what self-test and tests measure the engine with.
 #pragma once
 
+#include "ig/lod/bisection.h"
 #include "ig/lod/draw_list.h"
 #include "ig/lod/vertex_error.h"
 
@@ -11,39 +12,23 @@
 
 namespace ig::selftest {
 
-using Post = std::array<int, 2>; // column, row of the full grid
+using Post = lod::GridPost<int>; // of the full grid
 
 inline int spacing(int col, int row)
 {
-    return (col | row) & -(col | row);
+    return lod::spacingOf(Post{col, row});
 }
 
 // Ends of the edge that a vertex splits, then its apexes (one may lie outside the grid).
 inline std::array<Post, 4> splitOf(int col, int row)
 {
-    const int s = spacing(col, row);
-    const bool oddCol = (col / s) % 2 != 0;
-    const bool oddRow = (row / s) % 2 != 0;
-    if (oddCol && oddRow) {
-        const Post corner = {((col - s) / (2 * s)) % 2 != 0 ? col - s : col + s,
-                             ((row - s) / (2 * s)) % 2 != 0 ? row - s : row + s};
-        const Post opposite = {2 * col - corner[0], 2 * row - corner[1]};
-        return {corner, opposite, Post{corner[0], opposite[1]}, Post{opposite[0], corner[1]}};
-    }
-    if (oddCol) {
-        return {Post{col - s, row}, Post{col + s, row}, Post{col, row - s}, Post{col, row + s}};
-    }
-    return {Post{col, row - s}, Post{col, row + s}, Post{col - s, row}, Post{col + s, row}};
+    return lod::splitOf(Post{col, row});
 }
 
 // Whether a corner of the triangles that the vertex splits is padding: such vertices do not morph. size: N.
 inline bool touchesPadding(int col, int row, int size, int cols, int rows)
 {
-    const auto split = splitOf(col, row);
-    return std::any_of(split.begin(), split.end(), [&](const Post& corner) {
-        const bool exists = corner[0] >= 0 && corner[1] >= 0 && corner[0] <= size && corner[1] <= size;
-        return exists && (corner[0] >= cols || corner[1] >= rows);
-    });
+    return lod::touchesPadding(splitOf(col, row), size, cols, rows);
 }
 
 // Weight of a vertex as the vertex shader works it out.

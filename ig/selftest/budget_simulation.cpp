@@ -22,6 +22,8 @@ BudgetOutcome simulateBudget(const CostScene& scene, const lod::BudgetController
     const auto frames = static_cast<size_t>(scene.minutes * 60 * kSimulatedRateHz);
     BudgetOutcome out;
     int over = 0;
+    double burst = 0; // seconds that are left of it
+    std::vector<double> fixed;
     for (size_t i = 0; i < frames; ++i) {
         const double timeS = static_cast<double>(i) / kSimulatedRateHz;
         const double share = scene.share(timeS);
@@ -33,6 +35,11 @@ BudgetOutcome simulateBudget(const CostScene& scene, const lod::BudgetController
         if (uniform(random) < scene.spikes) {
             cost *= 2 + 2 * uniform(random);
         }
+        burst = uniform(random) < scene.bursts / kSimulatedRateHz ? 0.5 : burst - 1 / kSimulatedRateHz;
+        cost *= burst > 0 ? 1.5 : 1.0;
+        fixed.push_back(curve.fixedMs + curve.fillMs * share +
+                        curve.perKiloTriangleMs * kUsed * settings.largestBudget * 1e-3);
+        out.outOfReachShare += controller.outOfReach() ? 1.0 / static_cast<double>(frames) : 0.0;
         controller.observe(cost, share, drawn);
         reversals.add(budget);
         out.budgets.push_back(budget);
@@ -52,13 +59,17 @@ BudgetOutcome simulateBudget(const CostScene& scene, const lod::BudgetController
     out.missedShare /= counted;
     out.reversalsPerMinute = static_cast<double>(reversals.reversals()) / scene.minutes;
     out.turnsPerMinute = static_cast<double>(reversals.turns()) / scene.minutes;
-    std::vector<double> sorted(out.costsMs.begin() + kSettling, out.costsMs.end());
-    double sum = 0;
-    for (const double cost : sorted) {
-        sum += cost;
-    }
-    std::sort(sorted.begin(), sorted.end());
-    out.p99OverMean = sorted[sorted.size() * 99 / 100] / (sum / counted);
+    const auto p99OverMean = [&](std::vector<double> costs) {
+        costs.erase(costs.begin(), costs.begin() + kSettling);
+        double sum = 0;
+        for (const double cost : costs) {
+            sum += cost;
+        }
+        std::sort(costs.begin(), costs.end());
+        return costs[costs.size() * 99 / 100] / (sum / counted);
+    };
+    out.p99OverMean = p99OverMean(out.costsMs);
+    out.fixedP99OverMean = p99OverMean(fixed);
     return out;
 }
 

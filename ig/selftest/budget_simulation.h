@@ -23,15 +23,18 @@ struct CostScene {
     std::function<CostCurve(double)> curve;
     double noise = 0;
     double spikes = 0; // share of the frames that take two to four times as long
+    double bursts = 0; // of them, half a second each and half as long again, so many a second
     double minutes = 10;
 };
 
 struct BudgetOutcome {
     double reversalsPerMinute = 0, turnsPerMinute = 0;
-    double missedShare = 0;     // frames longer than the period, after the first three seconds
-    double affordableShare = 0; // mean of budget / what an oracle would have given
-    double p99OverMean = 0;     // of the cost without its noise, after the first three seconds
-    int longestOver = 0;        // frames in a row whose cost without noise is above the target by a tenth
+    double missedShare = 0;      // frames longer than the period, after the first three seconds
+    double affordableShare = 0;  // mean of budget / what an oracle would have given
+    double p99OverMean = 0;      // of the cost without its noise, after the first three seconds
+    double fixedP99OverMean = 0; // the same of the largest budget all the way
+    double outOfReachShare = 0;  // frames in which the controller said so
+    int longestOver = 0;         // frames in a row whose cost without noise is above the target by a tenth
     std::vector<uint32_t> budgets;
     std::vector<double> costsMs; // without noise
 };
