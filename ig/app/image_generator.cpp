@@ -5,6 +5,7 @@
 #include "ig/app/log.h"
 #include "ig/app/steady_clock.h"
 #include "ig/geo/attitude.h"
+#include "ig/gl/compiler_memory.h"
 #include "ig/out/receipt_sink.h"
 
 #include <algorithm>
@@ -175,6 +176,7 @@ void ImageGenerator::warmUp()
     FrameStats unused;
     _terrainView.draw(_view, unused);
     _renderer->read(_picture);
+    gl::releaseCompilerCode();
 }
 
 ViewState ImageGenerator::currentView(double displayS)
