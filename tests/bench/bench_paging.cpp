@@ -39,7 +39,7 @@ struct Options {
     double seconds = 30;
     double rateHz = 60;
     double heightM = 0; // 0: a little above all ground
-    uint32_t cacheMib = 96;
+    uint32_t cacheMib = 104;
     uint32_t residentMib = 2048;
     uint32_t budget = 24'000;
     int width = 1280, height = 720;
