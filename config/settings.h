@@ -35,7 +35,7 @@ struct Settings {
         double frameTimeMs = 0;
         int64_t smallestTriangleBudget = 4'000;
         double tolerancePx = 1.0;
-        int64_t pageCacheMib = 96;
+        int64_t pageCacheMib = 104;
         int64_t pageLoadsPerFrame = 8;
         bool waitForPages = false;
         bool morph = true;

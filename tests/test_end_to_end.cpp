@@ -581,6 +581,20 @@ TEST_CASE("every mistake ends with its exit code and one line that says what and
     const std::string whole = readFile(terrain);
     std::ofstream(dir.file("cut.ept"), std::ios::binary) << whole.substr(0, whole.size() / 2);
     expect({"--terrain", dir.file("cut.ept")}, 4, "cut.ept");
+    // A byte of a page: the picture lives without it, unless it is the root.
+    const auto damaged = [&](const std::string& name, size_t at) {
+        std::string bytes = whole;
+        bytes[at] = static_cast<char>(bytes[at] ^ 0x10);
+        std::ofstream(dir.file(name), std::ios::binary) << bytes;
+        return dir.file(name);
+    };
+    const std::string small = "view.width=64";
+    expect(
+        {"--terrain", damaged("root.ept", 600), "--frames", "5", "--set", small, "--listen", "127.0.0.1:0"},
+        4, "root page");
+    expect({"--terrain", damaged("page.ept", whole.size() / 2), "--frames", "200", "--set", small, "--set",
+            "log.level=warning", "--listen", "127.0.0.1:0"},
+           0, "damaged (checksum)");
     expect(
         {"--terrain", terrain, "--frames", "1", "--listen", "127.0.0.1:0", "--stats", dir.file("no/s.json")},
         2, "no/s.json");
@@ -635,6 +649,23 @@ TEST_CASE("the benchmark of whole frames draws the same pixels as its static yar
     for (const auto& method : methods["methods"]) {
         CHECK(method["frames_over_budget"] == 0);
     }
+}
+
+TEST_CASE("the benchmark of paging flies from a cold disk cache and keeps the budget")
+{
+    const test::TempDir dir;
+    const std::string terrain = makeTerrain(dir);
+    Process bench({"eyepoint-bench-paging", "--terrain", terrain, "--seconds", "2", "--speed", "300",
+                   "--cache-mib", "8", "--resident-mib", "64"},
+                  dir.file("out"), dir.file("err"));
+    REQUIRE(bench.wait(120) == 0);
+    const auto flights = nlohmann::json::parse(readFile(dir.file("out")))["speeds"][0]["flights"];
+    for (const char* name : {"paged", "demand", "resident"}) {
+        INFO(name);
+        CHECK(flights[name]["frames"] > 0);
+        CHECK(flights[name]["frames_over_budget"] == 0);
+    }
+    CHECK(flights["paged"]["page_slots"] < flights["resident"]["page_slots"]);
 }
 
 TEST_CASE("the benchmark of handing out accepts no torn frame and leaks nothing")

@@ -7,6 +7,8 @@
 
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <array>
 #include <cmath>
@@ -224,6 +226,27 @@ TEST_CASE("a compilation that fails or is cancelled leaves no file, and an older
     CHECK_FALSE(terrain::compileGrid(*grid, {}, test::somePlace(), dir.file("no/such/folder.ept")));
     CHECK(test::bytesOf(path) == std::vector<uint8_t>{1, 2, 3});
     CHECK(std::distance(std::filesystem::directory_iterator(dir.path()), {}) == 1);
+}
+
+TEST_CASE("what a killed compilation has left is cleared by the next, what a running one writes is not")
+{
+    const test::TempDir dir;
+    const std::string path = dir.file("a.ept");
+    const pid_t killed = fork();
+    if (killed == 0) {
+        _exit(0);
+    }
+    waitpid(killed, nullptr, 0);
+    const std::string abandoned = path + ".partial-" + std::to_string(killed);
+    const std::string running = path + ".partial-" + std::to_string(getppid());
+    const std::string other = path + ".partial-notes";
+    for (const std::string& name : {abandoned, running, other})
+        test::writeBytes(name, {1, 2, 3});
+    REQUIRE(terrain::compileHeights(70, 70, test::somePlace(), rough, path));
+    CHECK_FALSE(std::filesystem::exists(abandoned));
+    CHECK(std::filesystem::exists(running));
+    CHECK(std::filesystem::exists(other));
+    CHECK(data::Dataset::open(path));
 }
 
 TEST_CASE("a coarse cell is a hole where most of the grid's cells in it are")

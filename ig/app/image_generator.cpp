@@ -3,6 +3,7 @@
 
 #include "ig/app/steady_clock.h"
 #include "ig/geo/attitude.h"
+#include "ig/gl/compiler_memory.h"
 
 #include <algorithm>
 #include <cmath>
@@ -152,6 +153,7 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
             return Unexpected{warm.error()};
         }
     }
+    gl::releaseCompilerCode();
     auto ground = data::HeightQuery::create(generator->_terrain.dataset());
     if (!ground) {
         return Unexpected{ground.error()};

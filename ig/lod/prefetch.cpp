@@ -24,6 +24,8 @@ constexpr double kLargestTurnRad = 0.5;
 constexpr double kNewest = 0.25;
 // By which tau may fall until the next plan is carried out.
 constexpr double kErrorMargin = 1.03;
+// Of whole tiles it moves in steps: a few tiles are all of the budget.
+constexpr double kTileErrorMargin = 2.0;
 // As TreeSettings.
 constexpr double kTexelPx = 3.0;
 // In this order, and in each by how far into its reach a page is.
@@ -111,62 +113,20 @@ bool Prefetch::plan(const ViewState& view, float tauPx, std::span<const int32_t>
     if (slotOfPage[0] < 0 || !(tauPx > 0.0F)) {
         return true;
     }
-
     const ViewState later = expectedView();
     const double lowestM = _pages[0].minHeightM;
-    const Visibility now(view, _shape.ellipsoid, lowestM);
-    const Visibility then(later, _shape.ellipsoid, lowestM);
-    const auto sees = [](const Visibility& visibility, const TileBox& box) {
-        Visibility::PlaneMask planes = Visibility::kAllPlanes;
-        return visibility.sees(box, planes);
-    };
-    const double pixels = pixelsPerRadian(view);
+    const Look look{view.eye,
+                    later.eye,
+                    Visibility(view, _shape.ellipsoid, lowestM),
+                    Visibility(later, _shape.ellipsoid, lowestM),
+                    pixelsPerRadian(view),
+                    pixelsPerRadian(view) / tauPx,
+                    slotOfPage,
+                    reachOfSlot};
     _candidates.push_back({0.0, 0, true});
     for (size_t i = 0; i < _candidates.size(); ++i) {
-        const Candidate parent = _candidates[i];
-        if (!parent.resident) {
-            continue;
-        }
-        // Missing vertices have at most their parents' errors and balls.
-        const TileBox& parentBox = boxOf(parent.page);
-        double withinM = 0;
-        double radiusM = 0;
-        if (_method == Method::geomip) {
-            withinM = kErrorMargin * _pages[parent.page].errorM * pixels / tauPx;
-        } else {
-            const PageReach& reach = reachOfSlot[static_cast<size_t>(slotOfPage[parent.page])];
-            const double texelM = 2.0 * std::max(parentBox.half.x, parentBox.half.y) / kPageIntervals;
-            radiusM = reach.radiusM;
-            withinM = std::max(kErrorMargin * (1.0 - kMorphBand) * reach.errorM * pixels / tauPx + radiusM,
-                               pixels * texelM / kTexelPx);
-        }
-        for (const int32_t number : _pages[parent.page].child) {
-            if (number == kNoPage) {
-                continue;
-            }
-            const auto page = static_cast<uint32_t>(number);
-            TileBox box = boxOf(page);
-            box.half += radiusM;
-            const double nowM = distanceM(box, view.eye);
-            const double thenM = distanceM(box, later.eye);
-            const double nearestM = std::min(nowM, thenM);
-            if (!(nearestM < withinM)) {
-                continue;
-            }
-            double priority = nearestM / withinM;
-            if (nowM < withinM && sees(now, box)) {
-                priority += kNowPriority;
-            } else if (thenM < withinM && sees(then, box)) {
-                priority += kMotionPriority;
-            } else {
-                box.half.x *= 3.0;
-                box.half.y *= 3.0;
-                if (!sees(now, box) && !sees(then, box)) {
-                    continue;
-                }
-                priority += kTurnPriority;
-            }
-            _candidates.push_back({std::max(priority, parent.priority), page, slotOfPage[page] >= 0});
+        if (_candidates[i].resident) {
+            addChildren(_candidates[i], look);
         }
     }
 
@@ -184,6 +144,59 @@ bool Prefetch::plan(const ViewState& view, float tauPx, std::span<const int32_t>
     }
     std::reverse(_kept.begin(), _kept.end());
     return true;
+}
+
+void Prefetch::addChildren(const Candidate parent, const Look& look)
+{
+    const PageNode& node = _pages[parent.page];
+    TileBox box = boxOf(parent.page);
+    const bool wholeTiles = _method == Method::geomip;
+    double withinM = kTileErrorMargin * node.errorM * look.reach;
+    double radiusM = 0;
+    if (!wholeTiles) {
+        // Missing vertices have at most their parents' errors and balls.
+        const PageReach& reach = look.reachOfSlot[static_cast<size_t>(look.slotOfPage[parent.page])];
+        const double errorM = kErrorMargin * (1.0 - kMorphBand) * reach.errorM;
+        const double texelM = 2.0 * std::max(box.half.x, box.half.y) / kPageIntervals;
+        radiusM = reach.radiusM;
+        withinM = std::max(errorM * look.reach + radiusM, texelM * look.pixels / kTexelPx);
+    }
+    for (const int32_t number : node.child) {
+        if (number == kNoPage) {
+            continue;
+        }
+        const auto page = static_cast<uint32_t>(number);
+        if (!wholeTiles) { // tiles are split whole, whichever quarter is in view
+            box = boxOf(page);
+            box.half += radiusM;
+        }
+        if (const auto priority = priorityOf(box, withinM, look)) {
+            _candidates.push_back({std::max(*priority, parent.priority), page, look.slotOfPage[page] >= 0});
+        }
+    }
+}
+
+std::optional<double> Prefetch::priorityOf(TileBox box, double withinM, const Look& look)
+{
+    const double nowM = distanceM(box, look.eyeNow);
+    const double thenM = distanceM(box, look.eyeThen);
+    const double share = std::min(nowM, thenM) / withinM;
+    if (!(share < 1.0)) {
+        return std::nullopt;
+    }
+    const auto isSeen = [&box](const Visibility& visibility) {
+        Visibility::PlaneMask planes = Visibility::kAllPlanes;
+        return visibility.sees(box, planes);
+    };
+    if (nowM < withinM && isSeen(look.now)) {
+        return kNowPriority + share;
+    }
+    if (thenM < withinM && isSeen(look.then)) {
+        return kMotionPriority + share;
+    }
+    box.half.x *= 3.0; // a tile more on every side
+    box.half.y *= 3.0;
+    return isSeen(look.now) || isSeen(look.then) ? std::optional(kTurnPriority + share) : std::nullopt;
 }
 
 } // namespace ig::lod

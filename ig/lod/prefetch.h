@@ -17,6 +17,7 @@
 #include "ig/lod/terrain_shape.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -63,9 +64,21 @@ private:
         bool resident;
     };
 
+    // The view that is planned for, and what of the terrain is there.
+    struct Look {
+        EcefPos eyeNow, eyeThen;
+        Visibility now, then;
+        double pixels; // per radian
+        double reach;  // alpha / tau
+        std::span<const int32_t> slotOfPage;
+        std::span<const PageReach> reachOfSlot;
+    };
+
     bool follow(const ViewState& view);
     ViewState expectedView() const;
     const TileBox& boxOf(uint32_t page);
+    void addChildren(Candidate parent, const Look& look);
+    static std::optional<double> priorityOf(TileBox box, double withinM, const Look& look);
 
     TerrainShape _shape;
     std::span<const PageNode> _pages;

@@ -2,22 +2,51 @@
 #include "tools/terrain/partial_file.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <utility>
 
 namespace ig::terrain {
+
+namespace {
+
+constexpr const char* kSuffix = ".partial-"; // and the process that writes it
+
+// What compilations that were killed have left beside the file: their processes are gone.
+void removeAbandoned(const std::string& path)
+{
+    const std::filesystem::path target(path);
+    const std::string prefix = target.filename().string() + kSuffix;
+    std::error_code ignored;
+    const auto folder = target.has_parent_path() ? target.parent_path() : std::filesystem::path(".");
+    for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+        const std::string name = entry.path().filename().string();
+        if (!name.starts_with(prefix))
+            continue;
+        pid_t owner = 0;
+        const char* const end = name.data() + name.size();
+        const auto [rest, error] = std::from_chars(name.data() + prefix.size(), end, owner);
+        if (error == std::errc() && rest == end && owner > 0 && ::kill(owner, 0) != 0 && errno == ESRCH)
+            std::filesystem::remove(entry.path(), ignored);
+    }
+}
+
+} // namespace
 
 Result<PartialFile> PartialFile::create(const std::string& path)
 {
     struct stat status {};
     if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
         return fail(ErrorKind::usage, path + ": cannot write: not a file; give another output name");
-    std::string partial = path + ".partial-" + std::to_string(::getpid());
+    removeAbandoned(path);
+    std::string partial = path + kSuffix + std::to_string(::getpid());
     const int file = ::open(partial.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (file < 0)
         return fail(ErrorKind::usage, path + ": cannot write: " + std::strerror(errno));
