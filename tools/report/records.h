@@ -36,7 +36,7 @@ struct FrameRecord {
     uint64_t crackPixels = 0;
     bool isSame = false; // the run that is timed drew as many triangles, with the same bound
 
-    // The larger of both.
+    // The larger one of the sample and of all posts.
     double largestErrorPx() const noexcept;
 };
 
