@@ -54,18 +54,32 @@ std::vector<float> depthOf(const std::vector<report::DrawnTriangle>& triangles, 
     const auto width = static_cast<size_t>(view.widthPx);
     std::vector<float> depth(width * static_cast<size_t>(view.heightPx),
                              std::numeric_limits<float>::infinity());
+    std::vector<std::array<glm::dvec3, 3>> pieces; // in front of the near plane
     for (const report::DrawnTriangle& triangle : triangles) {
+        const auto inFront = [&](const glm::dvec3& place) {
+            return -(view.eyeFromEcef * place).z - view.frustum.nearM;
+        };
+        std::vector<glm::dvec3> polygon;
+        for (size_t k = 0; k < 3; ++k) {
+            const glm::dvec3& a = triangle.place[k];
+            const glm::dvec3& b = triangle.place[(k + 1) % 3];
+            if (inFront(a) > 0) {
+                polygon.push_back(a);
+            }
+            if ((inFront(a) > 0) != (inFront(b) > 0)) {
+                polygon.push_back(a + (b - a) * (inFront(a) / (inFront(a) - inFront(b))));
+            }
+        }
+        for (size_t k = 2; k < polygon.size(); ++k) {
+            pieces.push_back({polygon[0], polygon[k - 1], polygon[k]});
+        }
+    }
+    for (const std::array<glm::dvec3, 3>& piece : pieces) {
         std::array<glm::dvec2, 3> pixel;
         std::array<double, 3> nearness{}; // 1 / distance: linear on the screen
-        bool behind = false;
         for (size_t k = 0; k < 3; ++k) {
-            nearness[k] = -1 / (view.eyeFromEcef * triangle.place[k]).z;
-            const auto at = report::pixelOf(view, triangle.place[k]);
-            behind = behind || !at;
-            pixel[k] = at.value_or(glm::dvec2(0));
-        }
-        if (behind) {
-            continue;
+            nearness[k] = -1 / (view.eyeFromEcef * piece[k]).z;
+            pixel[k] = report::pixelOf(view, piece[k]).value_or(glm::dvec2(0));
         }
         const auto cross = [](const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) {
             return (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
@@ -164,23 +178,21 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
 {
     const test::TempDir dir;
     const std::string terrain = makeLand(dir, 513);
-    const auto run = [&](const std::string& out, std::vector<std::string> more) {
+    const auto run = [&](const std::string& out, const std::string& methods, std::vector<std::string> more) {
         std::vector<std::string> arguments{
-            "eyepoint-report", "--terrain", terrain,     "-o",     dir.file(out),
-            "--frames",        "44",        "--sizes",   "160x90", "--methods",
-            "hybrid,geomip",   "--budgets", "2000,6000", "--quiet"};
+            "eyepoint-report", "--terrain", terrain,     "-o",        dir.file(out), "--frames", "44",
+            "--methods",       methods,     "--budgets", "2000,6000", "--tolerance", "0.1",      "--quiet"};
         arguments.insert(arguments.end(), more.begin(), more.end());
         Process process(arguments, dir.file("out"), dir.file("err"));
         return process.wait(120);
     };
-    const int code = run("a", {});
+    const int code = run("a", "hybrid,geomip", {"--sizes", "160x90"});
     INFO(readFile(dir.file("err")));
     REQUIRE(code == 0);
     const Json report = Json::parse(readFile(dir.file("a/report.json")));
     REQUIRE(report["settings"].size() == 4);
     CHECK(report["outcome"]["frames_with_broken_bound"] == 0);
     CHECK(report["outcome"]["crack_pixels"] == 0);
-    CHECK(report["outcome"]["frames_with_a_pop"] == 0);
     CHECK(report["outcome"]["frames_over_budget"] == 0);
     for (const Json& setting : report["settings"]) {
         INFO(setting["name"]);
@@ -192,6 +204,8 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
         CHECK(summary["posts_sampled"]["p50"].get<double>() > 500);
         CHECK(summary["all_posts"]["p50"].get<double>() > 10 * summary["posts_sampled"]["p50"].get<double>());
         CHECK(setting["counts"]["runs_that_differ"] == 0);
+        // Tiles of geomip may jump (ig/lod/geomip_morph.h).
+        CHECK((setting["method"] == "geomip" || setting["counts"]["pops"] == 0));
     }
     // More triangles, less error.
     const Json& few = report["settings"][0]["summary"];
@@ -218,16 +232,18 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
     CHECK(std::count(csv.begin(), csv.end(), '\n') == 1 + 4 * 44);
 
     // The same again: nothing is measured, everything is there, and no different from before.
-    REQUIRE(run("a", {"--resume", "--compare", dir.file("a/report.json"), "--no-motion"}) == 0);
+    REQUIRE(run("a", "hybrid,geomip",
+                {"--sizes", "160x90", "--resume", "--compare", dir.file("a/report.json"), "--no-motion"}) ==
+            0);
     const Json again = Json::parse(readFile(dir.file("a/report.json")));
     CHECK(again["settings"] == report["settings"]);
     CHECK(again["compare"]["settings"][0]["total_ms"]["ratio"] == 1);
     CHECK(again["compare"]["settings"][0]["total_ms"]["pairs"] == 44);
 
     // A bound that is asked to have far more room than it has: broken, said so, and everything written.
-    CHECK(run("b", {"--bound-scale", "0.01", "--methods", "hybrid", "--no-motion"}) == 1);
+    CHECK(run("b", "hybrid", {"--sizes", "160x90", "--bound-scale", "0.01", "--no-motion"}) == 1);
     CHECK(Json::parse(readFile(dir.file("b/report.json")))["outcome"]["frames_with_broken_bound"] == 88);
     CHECK_THAT(readFile(dir.file("out")), Catch::Contains("frames above their bound: 88"));
-    CHECK(run("c", {"--sizes", "12"}) == 2);
-    CHECK(run("c", {"--path", dir.file("none.csv")}) == 2);
+    CHECK(run("c", "hybrid", {"--sizes", "12"}) == 2);
+    CHECK(run("c", "hybrid", {"--path", dir.file("none.csv")}) == 2);
 }

@@ -473,9 +473,9 @@ count. The bound is what the engine states for the same frame, a dash where it s
 <li>Pictures: against the full-resolution mesh drawn with the same shaders, textures and haze. Skyline: per column, from
 the topmost terrain pixel to the true one. FLIP as of Andersson et al. 2020 at the view's pixels per degree.</li>
 <li>Unexplained motion: how far a drawn point has moved since the frame before, both seen from the eye of now. A pop is
-more than half of tau, and more than a pixel.</li>
-<li>Crack pixel: background in the drawn picture where the true one has terrain, further from the true sky than the
-bound.</li>
+more than half of tau or of the largest error, whichever is less, and more than a pixel.</li>
+<li>Crack pixel: background in the drawn picture where the true one has terrain, further from the true sky than one and a
+half times the largest measured error. With errors of hundreds of pixels none can be told.</li>
 </ul>
 )";
     return html;

@@ -105,7 +105,8 @@ double FrameRecord::largestErrorPx() const noexcept
 
 bool isPop(const FrameRecord& frame) noexcept
 {
-    return frame.motion.maxPx > std::max(kSmallestPopPx, kPopShareOfTau * frame.tauPx);
+    const double wayPx = std::min(frame.tauPx, frame.largestErrorPx());
+    return frame.motion.maxPx > std::max(kSmallestPopPx, kPopShareOfWay * wayPx);
 }
 
 std::span<const Column> columns() noexcept
