@@ -17,12 +17,13 @@ using namespace ig;
 
 namespace {
 
-// How far from the true sky a sky pixel must lie to count as a crack: what the engine says it may be off, and
-// the pixel that it falls into.
+// How far from the true sky a sky pixel must lie to count as a crack: points of the surface are off by no
+// more than the largest error measured (half as much again, as that may be of a sample), and fall into a
+// pixel. The engine's bound is no measure here: it may be many times the picture.
 int crackMarginPx(const FrameRecord& frame)
 {
-    constexpr double kMost = 64; // beyond it nothing could be told from a wrong skyline
-    return 1 + static_cast<int>(std::ceil(std::min(std::max(frame.boundPx, frame.largestErrorPx()), kMost)));
+    constexpr double kMost = 1e5; // beyond any picture: nothing could be told from a wrong skyline
+    return 1 + static_cast<int>(std::ceil(1.5 * std::min(frame.largestErrorPx(), kMost)));
 }
 
 // Half the size by means of 2 x 2, for pictures that are looked at.

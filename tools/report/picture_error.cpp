@@ -18,7 +18,9 @@ std::vector<float> lumaOf(const PictureView& picture)
 {
     std::vector<float> luma(picture.pixels());
     for (size_t i = 0; i < luma.size(); ++i) {
-        const auto channel = [&](size_t c) { return static_cast<float>(std::to_integer<int>(picture.rgba[4 * i + c])); };
+        const auto channel = [&](size_t c) {
+            return static_cast<float>(std::to_integer<int>(picture.rgba[4 * i + c]));
+        };
         luma[i] = 0.299F * channel(0) + 0.587F * channel(1) + 0.114F * channel(2);
     }
     return luma;

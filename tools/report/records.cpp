@@ -51,7 +51,7 @@ constexpr std::array kColumns{
     Column{"resident_pages", [](const FrameRecord& f) -> Value { return f.residentPages; }},
     Column{"tau_px", [](const FrameRecord& f) -> Value { return f.tauPx; }},
     Column{"bound_px", [](const FrameRecord& f) -> Value { return f.boundPx; }},
-    Column{"error_max_px", [](const FrameRecord& f) -> Value { return f.largestErrorPx(); }},
+    Column{"error_max_px", [](const FrameRecord& f) -> Value { return f.sample.maxPx; }},
     Column{"error_p99_px", [](const FrameRecord& f) -> Value { return f.sample.p99Px; }},
     Column{"error_rms_px", [](const FrameRecord& f) -> Value { return f.sample.rmsPx; }},
     Column{"posts_sampled",
@@ -105,7 +105,8 @@ double FrameRecord::largestErrorPx() const noexcept
 
 bool isPop(const FrameRecord& frame) noexcept
 {
-    return frame.motion.maxPx > std::max(kSmallestPopPx, kPopShareOfTau * frame.tauPx);
+    const double wayPx = std::min(frame.tauPx, frame.largestErrorPx());
+    return frame.motion.maxPx > std::max(kSmallestPopPx, kPopShareOfWay * wayPx);
 }
 
 std::span<const Column> columns() noexcept

@@ -36,14 +36,14 @@ struct FrameRecord {
     uint64_t crackPixels = 0;
     bool isSame = false; // the run that is timed drew as many triangles, with the same bound
 
-    // The larger of both.
+    // The larger one of the sample and of all posts.
     double largestErrorPx() const noexcept;
 };
 
 // When a motion of the surface that the eye's motion does not explain counts as a pop: a vertex moves its
-// way, which is up to tau, over four frames at least, so half of tau in one frame is more than a morph does;
-// and less than a pixel is not seen.
-inline constexpr double kPopShareOfTau = 0.5;
+// way, up to tau, and no more than the largest error that there is, over four frames at least, so half of it
+// in one frame is more than a morph does; and less than a pixel is not seen.
+inline constexpr double kPopShareOfWay = 0.5;
 inline constexpr double kSmallestPopPx = 1.0;
 bool isPop(const FrameRecord& frame) noexcept;
 

@@ -3,6 +3,7 @@
 
 #include "ig/gl/context.h"
 #include "tools/report/compare.h"
+#include "tools/report/front.h"
 #include "tools/report/html_page.h"
 #include "tools/report/machine.h"
 #include "tools/report/motion_part.h"
@@ -272,6 +273,7 @@ Result<Outcome> runReport(const ReportOptions& options)
         }
     }
     json["settings"] = std::move(done);
+    json["front"] = frontJson(json["settings"], options.frameTimeMs);
     if (options.motion) {
         ViewState view = path->views.front();
         view.widthPx = options.sizes.front()[0];
@@ -304,6 +306,9 @@ Result<Outcome> runReport(const ReportOptions& options)
         return Unexpected{written.error()};
     }
     if (auto written = writeCsvFile(base + ".csv", json["settings"]); !written) {
+        return Unexpected{written.error()};
+    }
+    if (auto written = writeText(base + ".md", settingsMarkdown(json["settings"])); !written) {
         return Unexpected{written.error()};
     }
     auto page = htmlPage(json, parts);

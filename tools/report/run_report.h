@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The whole report: measures what is asked for, setting by setting, and writes report.json, report.csv and
-// report.html into a directory.
+// The whole report: measures what is asked for, setting by setting, and writes report.json, report.csv,
+// report.html and the table report.md into a directory.
 #pragma once
 
 #include "ig/base/result.h"

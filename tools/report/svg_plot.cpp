@@ -108,7 +108,7 @@ std::vector<double> ticksOf(double low, double high, bool log)
                                  : rough / power < 7.5 ? 5
                                                        : 10);
     for (double i = std::ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i += 1) {
-        ticks.push_back(i * step);
+        ticks.push_back(i * step + 0.0); // no -0
     }
     return ticks;
 }

@@ -1,0 +1,486 @@
+// SPDX-License-Identifier: MIT
+// What eyepoint-report measures, on cases whose answers are known.
+#include "ig/geo/attitude.h"
+#include "temp_dir.h"
+#include "tools/report/compare.h"
+#include "tools/report/drawn_surface.h"
+#include "tools/report/extrapolation_error.h"
+#include "tools/report/flip.h"
+#include "tools/report/front.h"
+#include "tools/report/path.h"
+#include "tools/report/picture_error.h"
+#include "tools/report/records.h"
+#include "tools/report/statistics.h"
+#include "tools/report/surface_error.h"
+#include "tools/report/svg_plot.h"
+#include "tools/terrain/compile.h"
+
+#include <catch2/catch.hpp>
+#include <glm/geometric.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <limits>
+
+using namespace ig;
+using namespace report;
+
+namespace {
+
+// 129 x 129 posts of about 50 m, and a view of it from the south.
+struct Land {
+    explicit Land(const std::function<double(uint32_t, uint32_t)>& heightM)
+        : dataset(compile(dir, heightM)), terrain(dataset), surface(dataset)
+    {
+        const Geodetic eye{56.99 * kRadPerDeg, -4.97 * kRadPerDeg, 1500};
+        view.eye = toEcef(eye);
+        view.eyeFromEcef = eyeFromEcefOfView(ecefFromNed(eye.latitudeRad, eye.longitudeRad) *
+                                             parentFromChild({0.2, -0.35, 0.1}));
+        view.frustum = {-0.7, 0.7, -0.4, 0.4, 0.5};
+        view.widthPx = 1280;
+        view.heightPx = 720;
+    }
+    static data::Dataset compile(const test::TempDir& dir,
+                                 const std::function<double(uint32_t, uint32_t)>& heightM)
+    {
+        terrain::GridPlace place;
+        place.northDeg = 57.06;
+        place.westDeg = -5.03;
+        place.latitudeStepDeg = 0.00045;
+        place.longitudeStepDeg = 0.0008;
+        place.heightScaleM = 0.1;
+        REQUIRE(terrain::compileHeights(129, 129, place, heightM, dir.file("land.ept")));
+        return *data::Dataset::open(dir.file("land.ept"));
+    }
+    glm::dvec3 place(uint32_t column, uint32_t row, double heightM) const
+    {
+        const lod::TerrainShape& shape = dataset.info().shape;
+        return toEcef({shape.northRad - row * shape.latitudeStepRad,
+                       shape.westRad + column * shape.longitudeStepRad, heightM},
+                      shape.ellipsoid)
+                   .m -
+               view.eye.m;
+    }
+    const std::vector<DrawnTriangle>& draw(const lod::DrawList& list)
+    {
+        return surface.triangles(list, view, gl::Morph::tiles);
+    }
+
+    test::TempDir dir;
+    data::Dataset dataset;
+    FullTerrain terrain;
+    DrawnSurface surface;
+    ViewState view;
+};
+
+double rolling(uint32_t column, uint32_t row)
+{
+    return 300 + 90 * std::sin(column * 0.4) * std::cos(row * 0.3) + 20 * std::sin(column * 1.3 + row);
+}
+
+// The whole terrain as one tile of 16 x 16 intervals, eight posts each.
+lod::DrawList coarse()
+{
+    lod::DrawList list;
+    list.items.resize(1);
+    return list;
+}
+
+lod::DrawList finest(const data::Dataset& dataset)
+{
+    lod::DrawList list;
+    for (uint32_t page = 1; page < dataset.pages().size(); ++page) {
+        for (uint8_t i = 0; i < 16; ++i) {
+            lod::DrawItem item;
+            item.page = page;
+            item.stride = 1;
+            item.windowX = i % 4;
+            item.windowY = i / 4;
+            list.items.push_back(item);
+        }
+    }
+    return list;
+}
+
+struct Picture {
+    Picture(int columns, int rows, int grey) : width(columns), height(rows)
+    {
+        for (int i = 0; i < columns * rows; ++i) {
+            for (const int channel : {grey, grey, grey, 255}) {
+                rgba.push_back(static_cast<std::byte>(channel));
+            }
+        }
+    }
+    void set(int x, int y, int red, int green, int blue, int alpha = 255)
+    {
+        const auto at = 4 * static_cast<size_t>(y * width + x);
+        rgba[at] = static_cast<std::byte>(red);
+        rgba[at + 1] = static_cast<std::byte>(green);
+        rgba[at + 2] = static_cast<std::byte>(blue);
+        rgba[at + 3] = static_cast<std::byte>(alpha);
+    }
+    void sky(int x, int y) { set(x, y, 0, 0, 255, 0); }
+    operator PictureView() const { return {width, height, rgba}; } // NOLINT: what the functions take
+
+    int width, height;
+    std::vector<std::byte> rgba;
+};
+
+} // namespace
+
+TEST_CASE("a plane with one displaced post has that post's displacement as its largest error")
+{
+    constexpr uint32_t kColumn = 61;
+    constexpr uint32_t kRow = 43;
+    Land land([](uint32_t column, uint32_t row) { return column == kColumn && row == kRow ? 160.0 : 100.0; });
+    SurfaceMeter meter(land.terrain, 4);
+    const SurfaceError error =
+        meter.measureAll(land.draw(coarse()), land.view, land.terrain.pagesInView(land.view));
+    const auto truth = pixelOf(land.view, land.place(kColumn, kRow, 160));
+    const auto plane = pixelOf(land.view, land.place(kColumn, kRow, 100));
+    REQUIRE(truth);
+    REQUIRE(plane);
+    const double expected = glm::length(*truth - *plane);
+    REQUIRE(expected > 5);
+    // Of the 400 m wide triangles a few millimetres lie below the curve of the Earth.
+    CHECK(error.maxPx == Approx(expected).margin(0.01));
+    CHECK(error.worstColumn == kColumn);
+    CHECK(error.worstRow == kRow);
+    CHECK(error.p99Px < 0.01);
+    CHECK(error.rmsPx == Approx(expected / std::sqrt(static_cast<double>(error.posts))).epsilon(0.01));
+}
+
+TEST_CASE("the full-resolution mesh has no error, and every post in view is measured once")
+{
+    Land land(rolling);
+    SurfaceMeter meter(land.terrain, 4);
+    const SurfaceError error =
+        meter.measureAll(land.draw(finest(land.dataset)), land.view, land.terrain.pagesInView(land.view));
+    CHECK(error.maxPx < 1e-6);
+    uint64_t inView = 0;
+    for (uint32_t row = 0; row < 128; ++row) {
+        for (uint32_t column = 0; column < 128; ++column) {
+            const double heightM = std::round(rolling(column, row) * 10) * 0.1;
+            const auto pixel = pixelOf(land.view, land.place(column, row, heightM));
+            inView += pixel && pixel->x >= 0 && pixel->y >= 0 && pixel->x <= 1280 && pixel->y <= 720 ? 1 : 0;
+        }
+    }
+    REQUIRE(inView > 2000);
+    CHECK(error.posts == inView);
+}
+
+TEST_CASE("the sample is a sixteenth of the posts, its mean square is that of all and its largest no larger")
+{
+    Land land(rolling);
+    SurfaceMeter meter(land.terrain, 4);
+    const auto pages = land.terrain.pagesInView(land.view);
+    const auto& triangles = land.draw(coarse());
+    const SurfaceError sample = meter.measure(triangles, land.view, pages).error;
+    const SurfaceError all = meter.measureAll(triangles, land.view, pages);
+    CHECK(static_cast<double>(sample.posts) == Approx(static_cast<double>(all.posts) / 16).epsilon(0.05));
+    CHECK(sample.rmsPx == Approx(all.rmsPx).epsilon(0.1));
+    CHECK(sample.p99Px == Approx(all.p99Px).epsilon(0.15));
+    CHECK(sample.maxPx <= all.maxPx);
+    CHECK(all.maxPx > 5);
+}
+
+TEST_CASE("a surface that jumps moves by the jump, one that stays does not, though the eye flies on")
+{
+    Land land(rolling);
+    SurfaceMeter meter(land.terrain, 1);
+    const auto measure = [&](const lod::DrawList& list) {
+        return meter.measure(land.draw(list), land.view, land.terrain.pagesInView(land.view)).motion;
+    };
+    meter.startFlight();
+    CHECK(measure(coarse()).posts == 0); // there is no frame before it
+    land.view.eye.m += glm::dvec3(3, 2, 1);
+    const SurfaceMotion still = measure(coarse());
+    CHECK(still.posts > 1000);
+    CHECK(still.maxPx < 1e-6);
+    const SurfaceError before =
+        meter.measureAll(land.draw(coarse()), land.view, land.terrain.pagesInView(land.view));
+    const SurfaceMotion jump = measure(finest(land.dataset)); // no error any more: it has gone all the way
+    CHECK(jump.maxPx == Approx(before.maxPx).epsilon(1e-3));
+    CHECK(jump.worstColumn == before.worstColumn);
+    CHECK(jump.worstRow == before.worstRow);
+    meter.startFlight();
+    CHECK(measure(coarse()).posts == 0);
+}
+
+TEST_CASE("a tile half way lies half way between its two surfaces")
+{
+    Land land(rolling);
+    lod::DrawList list = coarse();
+    const auto placesAt = [&](float weight) {
+        list.items[0].weight = weight;
+        list.items[0].sideWeight = {weight, weight, weight, weight};
+        return land.draw(list);
+    };
+    const std::vector<DrawnTriangle> none = placesAt(0), half = placesAt(0.5F), whole = placesAt(1);
+    REQUIRE(none.size() == 512);
+    double furthestM = 0;
+    double offM = 0;
+    for (size_t i = 0; i < none.size(); ++i) {
+        for (size_t k = 0; k < 3; ++k) {
+            offM =
+                std::max(offM, glm::length(0.5 * (none[i].place[k] + whole[i].place[k]) - half[i].place[k]));
+            furthestM = std::max(furthestM, glm::length(none[i].place[k] - whole[i].place[k]));
+        }
+    }
+    CHECK(offM < 1e-3);
+    CHECK(furthestM > 20);
+}
+
+TEST_CASE("a frame breaks the bound where either measurement is above it, and pops beyond half of tau")
+{
+    FrameRecord frame;
+    frame.boundPx = 4;
+    frame.tauPx = 3;
+    frame.sample.maxPx = 3.9;
+    frame.motion.maxPx = 1.4;
+    const auto counts = [&](double scale) { return settingJson({}, {frame}, scale, 0)["counts"]; };
+    CHECK(counts(1)["bound_broken"] == 0);
+    CHECK(counts(0.9)["bound_broken"] == 1);
+    CHECK(counts(1)["pops"] == 0);
+    frame.all = SurfaceError{10, 4.1, 1, 1, 0, 0};
+    frame.motion.maxPx = 1.6;
+    CHECK(counts(1)["bound_broken"] == 1);
+    CHECK(counts(1)["pops"] == 1);
+    frame.boundPx = std::numeric_limits<double>::infinity();
+    CHECK(counts(1)["bound_broken"] == 0);
+    CHECK(counts(1)["without_bound"] == 1);
+    frame.tauPx = 0.1; // too small to be seen
+    frame.motion.maxPx = 0.9;
+    CHECK(counts(1)["pops"] == 0);
+}
+
+TEST_CASE("RMSE, PSNR and SSIM of flat pictures are those of their formulas")
+{
+    const Picture a(40, 30, 100);
+    const Picture b(40, 30, 110);
+    CHECK(rmse(a, a) == 0);
+    CHECK(rmse(a, b) == Approx(10));
+    CHECK(psnrDb(10) == Approx(28.1308).epsilon(1e-5));
+    CHECK(psnrDb(0) == kMostPsnrDb);
+    CHECK(ssim(a, a) == Approx(1));
+    const double c1 = 0.01 * 255 * 0.01 * 255;
+    CHECK(ssim(a, b) == Approx((2 * 100 * 110 + c1) / (100 * 100 + 110 * 110 + c1)).epsilon(1e-4));
+    Picture negative(40, 30, 0);
+    Picture stripes(40, 30, 0);
+    for (int y = 0; y < 30; ++y) {
+        for (int x = 0; x < 40; ++x) {
+            const int grey = x / 4 % 2 * 255;
+            stripes.set(x, y, grey, grey, grey);
+            negative.set(x, y, 255 - grey, 255 - grey, 255 - grey);
+        }
+    }
+    CHECK(ssim(stripes, negative) < -0.5); // what is bright is dark
+}
+
+TEST_CASE("FLIP is 0 for the same picture, 1 from green to blue, and more where it is seen better")
+{
+    Picture green(64, 64, 0), blue(64, 64, 0);
+    for (int i = 0; i < 64 * 64; ++i) {
+        green.set(i % 64, i / 64, 0, 255, 0);
+        blue.set(i % 64, i / 64, 0, 0, 255);
+    }
+    CHECK(flipDifference(green, green, 20).mean == 0);
+    CHECK(flipDifference(green, blue, 20).mean == Approx(1).epsilon(1e-3)); // the largest by definition
+    // Lightness 0 to 100: HyAB 100 of 203.2 (green to blue), by the paper's redistribution.
+    CHECK(flipDifference(Picture(64, 64, 0), Picture(64, 64, 255), 20).mean == Approx(0.967).epsilon(2e-3));
+    const Picture grey(64, 64, 128);
+    Picture dotted = grey;
+    dotted.set(32, 32, 160, 160, 160);
+    const double near = flipDifference(grey, dotted, 15).mean;
+    const double far = flipDifference(grey, dotted, 150).mean;
+    CHECK(near > 0);
+    CHECK(far / 100 < near); // spread over a hundred times the area at most
+    CHECK(flipDifference(grey, dotted, 15).map[32 * 64 + 32] >
+          flipDifference(grey, dotted, 150).map[32 * 64 + 32]);
+}
+
+TEST_CASE("the skyline's error is counted down each column")
+{
+    Picture truth(10, 20, 90), drawn(10, 20, 90);
+    for (int x = 0; x < 10; ++x) {
+        for (int y = 0; y < 5; ++y) {
+            truth.sky(x, y);
+        }
+        for (int y = 0; y < (x < 5 ? 5 : 8); ++y) {
+            drawn.sky(x, y);
+        }
+    }
+    const SkylineError error = skylineError(drawn, truth);
+    CHECK(error.columns == 10);
+    CHECK(error.maxPx == 3);
+    CHECK(error.meanPx == Approx(1.5));
+    for (int y = 0; y < 20; ++y) { // no terrain at all in one column of the drawn one
+        drawn.sky(0, y);
+    }
+    CHECK(skylineError(drawn, truth).maxPx == 15);
+}
+
+TEST_CASE("sky inside terrain is a crack, a wrong skyline and a notch are none")
+{
+    Picture truth(30, 30, 90);
+    for (int x = 0; x < 30; ++x) {
+        for (int y = 0; y < 10; ++y) {
+            truth.sky(x, y);
+        }
+    }
+    Picture drawn = truth;
+    drawn.sky(12, 10); // the skyline, a pixel lower
+    CHECK(crackPixels(drawn, truth, 2) == 0);
+    CHECK(enclosedSky(drawn).empty());
+    drawn.sky(20, 20);
+    drawn.sky(21, 21);
+    CHECK(crackPixels(drawn, truth, 2) == 2);
+    CHECK(enclosedSky(drawn).size() == 2);
+    CHECK(insideTerrain(enclosedSky(drawn), truth, 2) == 2);
+    CHECK(insideTerrain(enclosedSky(drawn), drawn, 2) == 0); // the true picture has them, too
+    for (int y = 10; y < 25; ++y) {                          // from the sky down, so that it is not enclosed
+        drawn.sky(5, y);
+    }
+    CHECK(enclosedSky(drawn).size() == 2);
+    CHECK(crackPixels(drawn, truth, 2) == 2 + 13);
+}
+
+TEST_CASE("quantiles, slopes and paired ratios are those that went in")
+{
+    std::vector<double> values;
+    for (int i = 100; i >= 1; --i) {
+        values.push_back(i);
+    }
+    const Quantiles q = quantilesOf(values);
+    CHECK(q.p50 == 50);
+    CHECK(q.p95 == 95);
+    CHECK(q.p99 == 99);
+    CHECK(q.max == 100);
+    CHECK(q.mean == 50.5);
+    const Slope power = slopeOf(std::vector<double>{1, 2, 4, 8}, std::vector<double>{3, 12, 48, 192});
+    CHECK(power.exponent == Approx(2));
+    CHECK(slopeOf(std::vector<double>{1, 2, 3}, std::vector<double>{7, 12, 17}).perUnit == Approx(5));
+    std::vector<double> before, now;
+    for (int i = 0; i < 300; ++i) {
+        before.push_back(10 + std::sin(i * 0.7));
+        now.push_back(before.back() * 1.1 * (1 + 0.01 * std::sin(i * 1.9)));
+    }
+    const Ratio ratio = pairedRatio(before, now);
+    CHECK(ratio.mean == Approx(1.1).epsilon(1e-3));
+    CHECK(ratio.low <= 1.1);
+    CHECK(ratio.high >= 1.1);
+    CHECK(ratio.high / ratio.low < 1.01);
+    now[7] = std::numeric_limits<double>::infinity();
+    CHECK(pairedRatio(before, now).pairs == 299);
+    before.resize(10);
+    CHECK(std::isinf(pairedRatio(before, now).high));
+}
+
+TEST_CASE(
+    "extrapolation: nothing moves on without a horizon, and the exponential map is best when it is violent")
+{
+    ViewState view;
+    view.frustum = {-0.7, 0.7, -0.4, 0.4, 0.5};
+    Link link;
+    link.horizonS = 0;
+    const auto pixels = [&](Integrator integrator, Violence violence) {
+        return extrapolationError(integrator, violence, link, view, 8).pixelRms;
+    };
+    const double held = pixels(Integrator::hold, Violence::brisk);
+    CHECK(pixels(Integrator::exponential, Violence::brisk) == held);
+    CHECK(pixels(Integrator::eulerRates, Violence::brisk) == Approx(held).epsilon(1e-9));
+    link.horizonS = 0.1;
+    CHECK(pixels(Integrator::exponential, Violence::brisk) < 0.1 * held);
+    CHECK(pixels(Integrator::linear, Violence::brisk) < held);
+    CHECK(pixels(Integrator::exponential, Violence::violent) <
+          pixels(Integrator::eulerRates, Violence::violent));
+    const double prompt = pixels(Integrator::exponential, Violence::violent);
+    link.delayS = 0.08;
+    CHECK(pixels(Integrator::exponential, Violence::violent) > prompt);
+    link.delayS = 0.02;
+    link.packetHz = 10;
+    CHECK(pixels(Integrator::exponential, Violence::violent) > prompt);
+}
+
+TEST_CASE("ticks are round numbers within the axis")
+{
+    CHECK(ticksOf(0, 10, false) == std::vector<double>{0, 2, 4, 6, 8, 10});
+    CHECK(ticksOf(0.9, 60, true) == std::vector<double>{1, 2, 5, 10, 20, 50});
+    for (const double tick : ticksOf(4.1, 4.9, true)) {
+        CHECK(tick >= 4.1 - 1e-9);
+        CHECK(tick <= 4.9 + 1e-9);
+    }
+    Plot plot;
+    plot.title = "a < b & c";
+    plot.logX = plot.logY = true;
+    plot.series = {{"s", {{1, 1}, {0, 5}, {10, std::numeric_limits<double>::infinity()}, {20, 2}}}};
+    const std::string svg = svgOf(plot);
+    CHECK_THAT(svg, Catch::Contains("a &lt; b &amp; c"));
+    CHECK_THAT(svg, !Catch::Contains("nan") && !Catch::Contains("inf"));
+}
+
+TEST_CASE("reports are compared frame by frame, and only with one of the same path")
+{
+    const auto report = [](double ms, const char* hash) {
+        Json values = Json::array();
+        for (int i = 0; i < 60; ++i) {
+            values.push_back(ms + 0.01 * (i % 7));
+        }
+        return Json{{"path", {{"hash", hash}}},
+                    {"terrain", {{"checksum", "1"}}},
+                    {"settings", {{{"name", "x"}, {"by_frame", {{"total_ms", values}}}}}}};
+    };
+    const auto same = compareJson(report(10, "a"), report(20, "a"));
+    REQUIRE(same);
+    CHECK((*same)["settings"][0]["total_ms"]["ratio"].get<double>() == Approx(2).epsilon(0.01));
+    CHECK((*same)["settings"][0]["total_ms"]["low"].get<double>() > 1.9);
+    CHECK_FALSE(compareJson(report(10, "a"), report(10, "b")));
+    CHECK_FALSE(compareJson(Json::array(), report(10, "b")));
+}
+
+TEST_CASE("a path file's poses are the frames' eyes, and a file without a pose is refused")
+{
+    Land land(rolling);
+    PathOptions options;
+    options.file = land.dir.file("path.csv");
+    options.rateHz = 10;
+    std::ofstream(options.file)
+        << "t,lat,lon,alt,yaw,pitch,roll\n0,57,-5,1000,90,0,0\n2,57,-4.99,1000,90,0,0\n";
+    const auto path = makePath(options, land.dataset);
+    REQUIRE(path);
+    CHECK(path->views.size() == 21);
+    const Geodetic last = toGeodetic(path->views.back().eye);
+    CHECK(last.longitudeRad * kDegPerRad == Approx(-4.99).margin(1e-9));
+    CHECK(last.heightM == Approx(1000).margin(1e-6));
+    options.frames = 5;
+    const auto shorter = makePath(options, land.dataset);
+    REQUIRE(shorter);
+    CHECK(shorter->views.size() == 5);
+    CHECK(shorter->hash != path->hash);
+    CHECK(shorter->sized(64, 36)[0].widthPx == 64);
+    options.file = land.dir.file("none.csv");
+    CHECK_FALSE(makePath(options, land.dataset));
+}
+
+TEST_CASE("a captured host's flight is a path")
+{
+    const std::string capture = std::string(EYEPOINT_SHARED_DIR) + "/data/host/jsbsim_737_turn_scotland.pcap";
+    if (!std::filesystem::exists(capture)) {
+        std::cout << "no captures of hosts beside the source tree: skipped\n";
+        return;
+    }
+    Land land(rolling);
+    PathOptions options;
+    options.file = capture;
+    options.frames = 120;
+    const auto path = makePath(options, land.dataset);
+    REQUIRE(path);
+    CHECK(path->views.size() == 120);
+    // An airliner: 50 to 300 m/s.
+    const double movedM = glm::length(path->views.back().eye.m - path->views.front().eye.m);
+    CHECK(movedM > 50 * 119 / 60.0);
+    CHECK(movedM < 300 * 119 / 60.0);
+}
