@@ -1,14 +1,67 @@
 // SPDX-License-Identifier: MIT
-// The extreme cases of --selftest, with more eyes and frames than on the target.
+// The extreme cases of --selftest, with more eyes and frames than on the target, and what --explain leaves
+// out.
+#include "ig/app/explain.h"
 #include "ig/gl/context.h"
 #include "ig/selftest/selftest.h"
+#include "process.h"
+#include "temp_dir.h"
+#include "tools/terrain/compile.h"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <limits>
 
 using namespace ig::selftest;
+
+namespace {
+
+bool hasDriver()
+{
+    const bool has = static_cast<bool>(ig::gl::Context::create({}));
+    if (!has) {
+        WARN("skipped: no usable EGL");
+    }
+    return has;
+}
+
+std::string makeDataset(const test::TempDir& dir, bool holes)
+{
+    ig::terrain::GridPlace place;
+    place.northDeg = 57.5;
+    place.westDeg = -5.0;
+    place.latitudeStepDeg = 0.00045;
+    place.longitudeStepDeg = 0.0008;
+    place.heightScaleM = 0.1;
+    const std::string path = dir.file(holes ? "holes.ept" : "hills.ept");
+    REQUIRE(ig::terrain::compileHeights(
+        257, 257, place,
+        [holes](uint32_t c, uint32_t r) {
+            return holes && c / 40 == 3 && r / 40 == 2 ? std::nan("")
+                                                       : 300 + 200 * std::sin(c * 0.11) * std::cos(r * 0.07);
+        },
+        path));
+    return path;
+}
+
+struct Silent : ig::LogSink {
+    void write(ig::LogLevel, std::string_view) override {}
+};
+
+const ig::app::Part& part(const ig::app::Explanation& explanation, const std::string& name)
+{
+    for (const ig::app::Part& each : explanation.parts) {
+        if (each.name.find(name) != std::string::npos) {
+            return each;
+        }
+    }
+    FAIL("no part named " << name);
+    return explanation.parts.front();
+}
+
+} // namespace
 
 TEST_CASE("every extreme case holds its limit")
 {
@@ -52,3 +105,74 @@ TEST_CASE("a report passes when every measurement does, and not by what is no nu
     CHECK(json["cases"][4]["measured"].is_string()); // JSON has no such number
     CHECK(json["target"] == "a driver");
 }
+
+TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and what it uses does")
+{
+    if (!hasDriver()) {
+        return;
+    }
+    const test::TempDir dir;
+    Silent log;
+    config::Settings settings;
+    settings.terrain.file = makeDataset(dir, false);
+    settings.view.width = 320;
+    settings.view.height = 180;
+    settings.shading.visibilityM = 0;
+    settings.terrain.pageSlots = 256;
+    for (const bool holes : {false, true}) {
+        for (const char* method : {"hybrid", "geomip"}) {
+            settings.terrain.file = makeDataset(dir, holes);
+            settings.terrain.method = method;
+            settings.terrain.morph = false;
+            INFO(method << (holes ? ", holes" : ""));
+            const auto made = ig::app::explain(settings, log);
+            REQUIRE(made);
+            size_t leftOut = 0;
+            for (const ig::app::Part& each : made->parts) {
+                INFO(each.name);
+                if (!each.used && each.cost.changedPixels) {
+                    CHECK(*each.cost.changedPixels == 0);
+                    ++leftOut;
+                }
+            }
+            CHECK(leftOut >= (holes ? 2 : 3));
+            CHECK_FALSE(part(*made, "haze").used);
+            CHECK(part(*made, "holes").used == holes);
+            CHECK((*part(*made, "holes").cost.changedPixels > 0) == holes);
+            CHECK(part(*made, "morph").used == (std::string(method) == "hybrid"));
+            CHECK(*part(*made, "morph").cost.bytes > 0);
+            CHECK_FALSE(part(*made, "slots").used);
+            CHECK(*part(*made, "slots").cost.bytes > 0);
+            CHECK_FALSE(part(*made, "depth").used);
+            CHECK(*part(*made, "metrics").cost.threads == 1);
+            CHECK(made->tilesVisited > 0);
+            CHECK(nlohmann::json::parse(made->json())["parts"].size() == made->parts.size());
+            for (const ig::app::Part& each : made->parts) {
+                CHECK(made->table().find(each.name) != std::string::npos);
+            }
+        }
+    }
+    settings.shading.visibilityM = 4'000;
+    const auto hazy = ig::app::explain(settings, log);
+    REQUIRE(hazy);
+    CHECK(part(*hazy, "haze").used);
+    CHECK(*part(*hazy, "haze").cost.changedPixels > 0);
+}
+
+#if defined(EYEPOINT_SELFTEST)
+TEST_CASE("eyepoint-ig --selftest passes on this machine and says so in both forms", "[program]")
+{
+    if (!hasDriver()) {
+        return;
+    }
+    const test::TempDir dir;
+    test::Process process({"eyepoint-ig", "--selftest", "--json", dir.file("selftest.json")}, dir.file("out"),
+                          dir.file("err"));
+    CHECK(process.wait(200) == 0);
+    const std::string table = test::readFile(dir.file("out"));
+    CHECK(table.find(" 0 failed") != std::string::npos);
+    const auto json = nlohmann::json::parse(test::readFile(dir.file("selftest.json")));
+    CHECK(json["passes"] == true);
+    CHECK(json["cases"].size() > 500);
+}
+#endif

@@ -104,7 +104,8 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
                     "output.depth: " + context->info().renderer +
                         " cannot read depth back (no GL_NV_read_depth); set it to false");
     }
-    auto renderer = gl::Renderer::create(*context, rendererSettings(settings, dataset->info()));
+    const Plan planned = plan(settings, *dataset);
+    auto renderer = gl::Renderer::create(*context, planned.renderer);
     if (!renderer) {
         return Unexpected{renderer.error()};
     }
@@ -124,7 +125,7 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
         }
         sinks.push_back({"receipts:" + settings.output.receipts, std::move(*sink), {}});
     }
-    std::unique_ptr<ImageGenerator> generator(new ImageGenerator(settings, log, std::move(*host),
+    std::unique_ptr<ImageGenerator> generator(new ImageGenerator(settings, planned, log, std::move(*host),
                                                                  std::move(*context), std::move(*renderer),
                                                                  std::move(*dataset), std::move(sinks)));
     if (auto loaded = generator->_terrainView.preload(generator->_view); !loaded) {
@@ -141,19 +142,32 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
     return generator;
 }
 
-ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, HostLink host,
-                               gl::Context context, std::unique_ptr<gl::Renderer> renderer,
+Plan ImageGenerator::plan(const config::Settings& settings, const data::Dataset& dataset)
+{
+    Plan plan;
+    plan.renderer = rendererSettings(settings, dataset.info());
+    plan.terrain = terrainSettings(settings);
+    // One to spare: pages are loaded ahead only where that pushes no other out.
+    plan.terrain.pageSlots =
+        std::min(plan.terrain.pageSlots, static_cast<uint32_t>(dataset.pages().size()) + 1);
+    plan.renderer.pageSlots = plan.terrain.pageSlots;
+    plan.firstView = idleView(dataset.info(), settings);
+    plan.depthPlane = settings.output.depth;
+    plan.timeControl = settings.terrain.frameTimeMs > 0;
+    return plan;
+}
+
+ImageGenerator::ImageGenerator(const config::Settings& settings, const Plan& plan, LogSink& log,
+                               HostLink host, gl::Context context, std::unique_ptr<gl::Renderer> renderer,
                                data::Dataset dataset, std::vector<NamedSink> sinks)
     : _settings(settings), _log(log), _host(std::move(host)), _context(std::move(context)),
-      _renderer(std::move(renderer)),
-      _terrain(std::move(dataset), terrainSettings(settings), *_renderer, log),
-      _terrainView(_terrain, terrainSettings(settings).selection, *_renderer),
-      _world(_terrain.info().shape.ellipsoid, viewDefaults(settings)),
-      _view(idleView(_terrain.info(), settings)), _sinks(std::move(sinks)),
-      _picture(static_cast<size_t>(settings.view.width * settings.view.height) * 4),
-      _depthM(settings.output.depth ? _picture.size() / 4 : 0)
+      _renderer(std::move(renderer)), _terrain(std::move(dataset), plan.terrain, *_renderer, log),
+      _terrainView(_terrain, plan.terrain.selection, *_renderer),
+      _world(_terrain.info().shape.ellipsoid, viewDefaults(settings)), _view(plan.firstView),
+      _sinks(std::move(sinks)), _picture(static_cast<size_t>(settings.view.width * settings.view.height) * 4),
+      _depthM(plan.depthPlane ? _picture.size() / 4 : 0)
 {
-    if (settings.terrain.frameTimeMs > 0) {
+    if (plan.timeControl) {
         const lod::BudgetControllerSettings control{
             settings.terrain.frameTimeMs, static_cast<uint32_t>(settings.terrain.smallestTriangleBudget),
             static_cast<uint32_t>(settings.terrain.triangleBudget)};
@@ -166,6 +180,9 @@ void ImageGenerator::warmUp()
     FrameStats unused;
     _terrainView.draw(_view, unused);
     _renderer->read(_picture);
+    if (!_depthM.empty()) {
+        _renderer->readDepth(_depthM);
+    }
 }
 
 ViewState ImageGenerator::currentView(double displayS)
@@ -192,11 +209,13 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     if (_timeControl) {
         _terrainView.setTriangleBudget(_timeControl->budgetFor(_view));
     }
-    _terrainView.draw(_view, stats);
+    const bool isNew = _terrainView.draw(_view, stats, _settings.output.skipIdentical);
     const int64_t drawn = steadyNs();
-    _renderer->read(_picture);
-    if (!_depthM.empty()) {
-        _renderer->readDepth(_depthM);
+    if (isNew) {
+        _renderer->read(_picture);
+        if (!_depthM.empty()) {
+            _renderer->readDepth(_depthM);
+        }
     }
     const int64_t readBack = steadyNs();
     stats.readBackNs = readBack - drawn;
@@ -220,7 +239,7 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
         _timeControl->look(_view, _picture);
     }
     stats.frameNs = steadyNs() - startNs;
-    if (_timeControl) {
+    if (_timeControl && isNew) {
         _timeControl->observe(stats);
     }
     _statistics.add(stats);

@@ -10,6 +10,7 @@
 #include "ig/app/frame_time_control.h"
 #include "ig/app/host_link.h"
 #include "ig/app/metrics.h"
+#include "ig/app/plan.h"
 #include "ig/app/run_statistics.h"
 #include "ig/app/terrain_view.h"
 #include "ig/base/log.h"
@@ -33,6 +34,9 @@ public:
     // Binds the port first (a host may speak before the terrain is there), then opens terrain, graphics and
     // sinks and loads what the first picture needs. Errors: of whichever part, ready to print.
     static Result<std::unique_ptr<ImageGenerator>> create(const config::Settings& settings, LogSink& log);
+
+    // What create() makes of a dataset.
+    static Plan plan(const config::Settings& settings, const data::Dataset& dataset);
 
     // Makes one frame. startNs: when it starts, steady clock; missedFrames: so far, for its receipt.
     FrameStats frame(int64_t startNs, uint64_t missedFrames = 0);
@@ -59,8 +63,8 @@ private:
         out::SinkStats stats;
     };
 
-    ImageGenerator(const config::Settings& settings, LogSink& log, HostLink host, gl::Context context,
-                   std::unique_ptr<gl::Renderer> renderer, data::Dataset dataset,
+    ImageGenerator(const config::Settings& settings, const Plan& plan, LogSink& log, HostLink host,
+                   gl::Context context, std::unique_ptr<gl::Renderer> renderer, data::Dataset dataset,
                    std::vector<NamedSink> sinks);
     void warmUp(); // a picture for nobody: drivers compile at the first draw
     ViewState currentView(double displayS);

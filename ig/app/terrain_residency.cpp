@@ -171,6 +171,7 @@ uint64_t TerrainResidency::loadPage(uint32_t view, uint32_t page)
             }
         }
     }
+    ++_changes;
     std::swap(_heights[slot], _loaded);
     for (lod::Selector* selector : _selectors) {
         if (selector != nullptr) {

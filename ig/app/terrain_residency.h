@@ -61,6 +61,10 @@ public:
     const data::DatasetInfo& info() const noexcept { return _dataset.info(); }
     uint32_t pageSlots() const noexcept { return _settings.pageSlots; }
     std::span<const int32_t> slotOfPage() const noexcept { return _slots.slotOfPage(); }
+    // Counts pages that came: the same number, the same pages in the same slots.
+    uint64_t changes() const noexcept { return _changes; }
+    // A number that no draw list has had.
+    uint64_t nextListNumber() noexcept { return ++_listNumber; }
     uint32_t residentPages() const noexcept { return _slots.residentPages(); }
     uint32_t damagedPages() const noexcept { return _damagedCount; }
 
@@ -80,6 +84,8 @@ private:
     data::PageMesh _mesh;                    // scratch of loadPage
     std::vector<bool> _damaged;              // by page: reported, not asked for again
     uint32_t _damagedCount = 0;
+    uint64_t _changes = 0;
+    uint64_t _listNumber = 0;
 };
 
 } // namespace ig::app

@@ -35,6 +35,7 @@ void TerrainView::reconfigure(const lod::SelectionSettings& selection)
     _terrain.detach(_number);
     _selector = std::move(selector);
     _number = _terrain.attach(*_selector);
+    _selected = false;
 }
 
 Result<void> TerrainView::preload(const ViewState& view)
@@ -61,6 +62,19 @@ void TerrainView::select(const ViewState& view)
 {
     _selector->select(view, _list);
     _terrain.use(_number, _list.usedPages);
+    _list.number = _terrain.nextListNumber();
+    _view = view;
+    _budget = _selector->triangleBudget();
+    _changes = _terrain.changes();
+    _selected = true;
+    _drawn = false;
+}
+
+// Whether the last selection is that of this view.
+bool TerrainView::holds(const ViewState& view) const noexcept
+{
+    return _selected && view == _view && _budget == _selector->triangleBudget() &&
+           _changes == _terrain.changes();
 }
 
 void TerrainView::setTriangleBudget(uint32_t triangles) noexcept
@@ -68,24 +82,39 @@ void TerrainView::setTriangleBudget(uint32_t triangles) noexcept
     _selector->setTriangleBudget(triangles);
 }
 
-void TerrainView::draw(const ViewState& view, FrameStats& stats)
+bool TerrainView::draw(const ViewState& view, FrameStats& stats, bool keepPicture)
 {
     const int64_t start = steadyNs();
-    select(view);
+    bool kept = holds(view);
+    if (!kept) {
+        select(view);
+    }
     // A missing page keeps its neighbours coarse too, down to a tenth of the triangles: where the frame may
     // load it, that is better done before the picture than after it.
     while (!_list.wantedPages.empty() && _terrain.load(_number, _list.wantedPages, stats) > 0) {
         select(view);
+        kept = false;
     }
     if (stats.pageIns == 0) {
         _terrain.loadAhead(_number, _list, stats);
     }
     const int64_t selected = steadyNs();
-    _renderer.draw(view, _list, _terrain.slotOfPage());
+    stats.selectionKept = kept;
+    stats.pictureKept = keepPicture && kept && _drawn;
+    if (!stats.pictureKept) {
+        _renderer.draw(view, _list, _terrain.slotOfPage());
+        stats.listBytes += _renderer.listBytes();
+        _drawn = true;
+    }
     stats.selectNs = selected - start - stats.loadNs;
     stats.drawNs = steadyNs() - selected;
     stats.triangleBudget = _selector->triangleBudget();
     stats.lod = _list.stats;
+    if (kept) {
+        stats.lod.tilesVisited = stats.lod.tilesCulled = stats.lod.tilesJumped = 0;
+        stats.lod.verticesEvaluated = stats.lod.listsMade = 0;
+    }
+    return !stats.pictureKept;
 }
 
 } // namespace ig::app

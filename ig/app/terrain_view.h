@@ -24,8 +24,13 @@ public:
     // Of the next draw() on; at most triangleBudget of the settings.
     void setTriangleBudget(uint32_t triangles) noexcept;
     // Chooses the triangles, loads pages that are missing, as many as the terrain allows in a frame, and
-    // issues the draw calls. Fills selectNs, loadNs, pageIns, bytesUploaded, drawNs, triangleBudget and lod.
-    void draw(const ViewState& view, FrameStats& stats);
+    // issues the draw calls. Fills selectNs, loadNs, pageIns, bytesUploaded, listBytes, drawNs,
+    // triangleBudget, lod, selectionKept and pictureKept.
+    //
+    // A view that is that of the call before to the last bit, over the same pages and with the same budget,
+    // is not selected again, and its lists are not handed over again. With keepPicture it is not drawn again
+    // either: then false comes back, and the picture read last still holds.
+    bool draw(const ViewState& view, FrameStats& stats, bool keepPicture = false);
 
     // Another budget and tolerance, and the same method, from the next draw() on; between frames, allocates.
     void reconfigure(const lod::SelectionSettings& selection);
@@ -34,12 +39,19 @@ public:
 
 private:
     void select(const ViewState& view);
+    bool holds(const ViewState& view) const noexcept;
 
     TerrainResidency& _terrain;
     gl::Renderer& _renderer;
     std::unique_ptr<lod::Selector> _selector;
     uint32_t _number; // of the view within _terrain
     lod::DrawList _list;
+    // Of the last selection.
+    ViewState _view;
+    bool _selected = false;
+    uint32_t _budget = 0;
+    uint64_t _changes = 0;
+    bool _drawn = false; // and it has been drawn
 };
 
 } // namespace ig::app

@@ -19,6 +19,8 @@ struct Frustum {
     double bottom = -1;
     double top = 1;
     double nearM = 0.5; // > 0; there is no far plane (reversed depth, infinite projection)
+
+    friend bool operator==(const Frustum&, const Frustum&) = default;
 };
 
 struct ViewState {
@@ -28,6 +30,9 @@ struct ViewState {
     int widthPx = 1280;
     int heightPx = 720;
     double visibilityM = 0; // at the eye, meteorological; 0: as the renderer was set up
+
+    // To the last bit: the same view gives the same picture.
+    friend bool operator==(const ViewState&, const ViewState&) = default;
 };
 
 // View axes of the host (X forward, Y right, Z down, columns in ECEF) to the eye frame.

@@ -28,10 +28,12 @@ public:
     {
         _target.begin();
         _terrain.begin(view);
-        _terrain.draw(_store, list, slotOfPage);
+        _listBytes = _terrain.draw(_store, list, slotOfPage);
         _sky.draw(view);
         _nearM = view.frustum.nearM;
     }
+
+    uint64_t listBytes() const noexcept override { return _listBytes; }
 
     void read(std::span<std::byte> rgba) override { _target.read(rgba); }
 
@@ -59,6 +61,7 @@ private:
     PageStore _store;
     TerrainPass _terrain;
     SkyPass _sky;
+    uint64_t _listBytes = 0;
     double _nearM = 1.0; // of the view that was drawn last
 };
 

@@ -130,6 +130,7 @@ void GeomipSelector::aim(const TileTree::Look& look, std::span<const int32_t> sl
         }
     }
     out.stats.tilesVisited += _aim.visited();
+    out.stats.tilesCulled += _aim.culled();
 }
 
 void GeomipSelector::pushCandidate(int32_t index)

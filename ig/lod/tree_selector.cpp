@@ -209,6 +209,7 @@ void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& sta
     Visit root{_graph.root(), Visibility::kAllPlanes, true, true, false, 0.0};
     ++stats.tilesVisited;
     if (!visibility.sees(_graph[root.slot].box, root.planes)) {
+        ++stats.tilesCulled;
         return;
     }
     root.distanceM = distanceM(_graph[root.slot].box, view.eye);
@@ -240,6 +241,8 @@ void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& sta
             ++stats.tilesVisited;
             if (visibility.sees(child.box, visit.planes)) {
                 _visits.push_back(visit);
+            } else {
+                ++stats.tilesCulled;
             }
         }
     }
