@@ -176,3 +176,55 @@ TEST_CASE("eyepoint-ig --selftest passes on this machine and says so in both for
     CHECK(json["cases"].size() > 500);
 }
 #endif
+
+TEST_CASE("frames that show the same are not drawn again, and the sinks get the same pictures", "[program]")
+{
+    if (!hasDriver()) {
+        return;
+    }
+    const test::TempDir dir;
+    const std::string terrain = makeDataset(dir, false);
+    const auto fly = [&](const std::string& name, bool skip) {
+        std::vector<std::string> arguments{"eyepoint-ig",
+                                           "--terrain",
+                                           terrain,
+                                           "--listen",
+                                           "127.0.0.1:0",
+                                           "--frames",
+                                           "40",
+                                           "--sink",
+                                           "raw:" + dir.file(name),
+                                           "--receipts",
+                                           dir.file(name + ".receipts"),
+                                           "--stats",
+                                           dir.file(name + ".json"),
+                                           "--set",
+                                           "view.width=160",
+                                           "--set",
+                                           "view.height=90"};
+        if (skip) {
+            arguments.push_back("--skip-identical");
+        }
+        test::Process process(arguments, dir.file("out"), dir.file("err"));
+        INFO(test::readFile(dir.file("err")));
+        REQUIRE(process.wait(60) == 0);
+        return nlohmann::json::parse(test::readFile(dir.file(name + ".json")));
+    };
+    const auto all = fly("all.raw", false);
+    const auto few = fly("few.raw", true);
+    CHECK(all["frames_not_drawn_again"] == 0);
+    CHECK(all["frames_not_selected_again"] > 10);
+    CHECK(few["frames_not_drawn_again"] > 10);
+    CHECK(few["frames"] == 40);
+    const std::string pictures = test::readFile(dir.file("all.raw"));
+    CHECK(pictures.size() == 40U * 160 * 90 * 4);
+    CHECK((test::readFile(dir.file("few.raw")) == pictures));
+    std::istringstream receipts(test::readFile(dir.file("few.raw.receipts")));
+    std::string line;
+    uint64_t count = 0;
+    while (std::getline(receipts, line)) {
+        CHECK(nlohmann::json::parse(line)["frame"] == count);
+        ++count;
+    }
+    CHECK(count == 40);
+}
