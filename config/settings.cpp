@@ -331,6 +331,8 @@ const std::vector<Key<Settings>>& allKeys()
             [](auto& s) -> auto& { return s.output.ringSlots; }));
         k.push_back(flag(
             "output.depth", [](auto& s) -> auto& { return s.output.depth; }));
+        k.push_back(flag(
+            "output.skip_identical", [](auto& s) -> auto& { return s.output.skipIdentical; }));
         k.push_back(integer(
             "graphics.device", -1, 255, "EGL device, -1 for the first that works",
             [](auto& s) -> auto& { return s.graphics.device; }));

@@ -78,6 +78,7 @@ struct Settings {
         std::string metrics;
         int64_t ringSlots = 4;
         bool depth = false;
+        bool skipIdentical = false;
     } output;
     struct {
         int64_t device = -1;

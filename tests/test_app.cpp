@@ -417,6 +417,120 @@ TEST_CASE("a budget that moves from frame to frame is never exceeded, and stated
     }
 }
 
+TEST_CASE(
+    "an unchanged view costs no selection, no list and no upload, and no draw where the picture may be kept")
+{
+    const test::TempDir dir;
+    const std::string path = makeDataset(dir);
+    for (const lod::Method method : {lod::Method::geomip, lod::Method::bintree, lod::Method::hybrid}) {
+        CollectedLog log;
+        gl::NullRenderer renderer = nullRenderer(smallSettings(method));
+        app::TerrainResidency terrain(openDataset(path), smallSettings(method), renderer, log);
+        app::TerrainView terrainView(terrain, smallSettings(method).selection, renderer);
+        ViewState view = lookNorth(terrain.info(), 900);
+        REQUIRE(terrainView.preload(view));
+        const auto draw = [&](bool keepPicture) {
+            app::FrameStats stats;
+            const bool isNew = terrainView.draw(view, stats, keepPicture);
+            CHECK(isNew == !stats.pictureKept);
+            return stats;
+        };
+        // Pages that will be needed soon still come, one a frame.
+        while (draw(false).pageIns > 0) {
+        }
+        const auto isIdle = [](const app::FrameStats& stats) {
+            return stats.selectionKept && stats.lod.verticesEvaluated == 0 && stats.lod.tilesVisited == 0 &&
+                   stats.lod.listsMade == 0 && stats.bytesUploaded == 0 && stats.listBytes == 0;
+        };
+        const uint64_t draws = renderer.counts().draws;
+        const app::FrameStats second = draw(false);
+        CHECK(isIdle(second));
+        CHECK(second.lod.triangles > 0); // what is drawn is still stated
+        CHECK(renderer.counts().draws == draws + 1);
+        const app::FrameStats third = draw(true);
+        CHECK(isIdle(third));
+        CHECK(third.pictureKept);
+        CHECK(renderer.counts().draws == draws + 1);
+
+        // The least change of the view, the budget or the pages ends it.
+        const auto isRemade = [&](const char* what) {
+            INFO(what);
+            const app::FrameStats stats = draw(true);
+            CHECK_FALSE(stats.selectionKept);
+            CHECK_FALSE(stats.pictureKept);
+            CHECK(isIdle(draw(true)));
+        };
+        view.eye.m.x = std::nextafter(view.eye.m.x, 1e9);
+        isRemade("eye");
+        view.eyeFromEcef[0].x = std::nextafter(view.eyeFromEcef[0].x, 2.0);
+        isRemade("attitude");
+        view.frustum.right = std::nextafter(view.frustum.right, 2.0);
+        isRemade("frustum");
+        view.visibilityM = 5'000;
+        isRemade("visibility");
+        terrainView.setTriangleBudget(9'000);
+        isRemade("budget");
+        terrainView.setTriangleBudget(9'000); // the same
+        CHECK(isIdle(draw(true)));
+        terrainView.reconfigure(smallSettings(method).selection);
+        isRemade("settings");
+
+        // A list that another view has drawn in between is handed over again.
+        app::TerrainView other(terrain, smallSettings(method).selection, renderer);
+        app::FrameStats stats;
+        other.draw(lookNorth(terrain.info(), 1'500), stats);
+        while (draw(false).pageIns > 0) {
+        }
+        const app::FrameStats settled = draw(false);
+        CHECK(settled.listBytes == 0);
+        app::FrameStats another;
+        other.draw(lookNorth(terrain.info(), 1'500), another);
+        const app::FrameStats after = draw(false);
+        CHECK((after.listBytes > 0) == (method != lod::Method::geomip));
+    }
+}
+
+TEST_CASE("what is out of view is not visited")
+{
+    const test::TempDir dir;
+    const std::string path = makeDataset(dir);
+    for (const lod::Method method : {lod::Method::geomip, lod::Method::bintree, lod::Method::hybrid}) {
+        CollectedLog log;
+        gl::NullRenderer renderer = nullRenderer(smallSettings(method));
+        app::TerrainResidency terrain(openDataset(path), smallSettings(method), renderer, log);
+        app::TerrainView terrainView(terrain, smallSettings(method).selection, renderer);
+        ViewState view = lookNorth(terrain.info(), 900);
+        REQUIRE(terrainView.preload(view));
+        app::FrameStats ahead;
+        terrainView.draw(lookNorth(terrain.info(), 910), ahead);
+        CHECK(ahead.lod.tilesVisited > ahead.lod.tilesCulled + 4);
+        // Straight up, and from above the antipodes: the root is looked at, and little or nothing below it.
+        for (const bool beyondHorizon : {false, true}) {
+            ViewState away = view;
+            if (beyondHorizon) {
+                away.eye.m = -away.eye.m;
+            } else {
+                const Geodetic above = toGeodetic(view.eye, terrain.info().shape.ellipsoid);
+                away.eyeFromEcef = eyeFromEcefOfView(ecefFromNed(above.latitudeRad, above.longitudeRad) *
+                                                     parentFromChild({0, 0.5 * kPi, 0}));
+            }
+            app::FrameStats stats;
+            terrainView.draw(away, stats);
+            INFO(beyondHorizon);
+            if (beyondHorizon || method == lod::Method::geomip) {
+                CHECK(stats.lod.tilesVisited == stats.lod.tilesCulled);
+                CHECK(stats.lod.tilesVisited <=
+                      2); // geomip that morphs looks at its aim and at what is drawn
+                CHECK(stats.lod.triangles == 0);
+            } else { // boxes of pages hold the balls of their vertices and reach round the eye
+                CHECK(stats.lod.tilesCulled > 0);
+                CHECK(stats.lod.tilesVisited < ahead.lod.tilesVisited);
+                CHECK(stats.lod.triangles < ahead.lod.triangles / 4);
+            }
+        }
+    }
+}
+
 TEST_CASE("few slots, wide flights: pages come and go, and never a parent before its children")
 {
     const test::TempDir dir;

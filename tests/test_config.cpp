@@ -77,6 +77,7 @@ TEST_CASE("the shipped file lists every key, with the built-in default as its va
     CHECK(shipped->output.receipts == builtIn.output.receipts);
     CHECK(shipped->output.metrics == builtIn.output.metrics);
     CHECK(shipped->output.depth == builtIn.output.depth);
+    CHECK(shipped->output.skipIdentical == builtIn.output.skipIdentical);
     CHECK(shipped->output.ringSlots == builtIn.output.ringSlots);
     CHECK(shipped->graphics.device == builtIn.graphics.device);
     CHECK(shipped->log.level == builtIn.log.level);

@@ -478,7 +478,8 @@ TEST_CASE(
     const std::string terrain = makeTerrain(dir);
     // A budget that the tolerance does not need: what is drawn follows from the view alone.
     const std::string shared = "[terrain]\nfile = \"" + terrain +
-                               "\"\ntolerance_px = 3.0\ntriangle_budget = 60000\npage_slots = 128\n";
+                               "\"\ntolerance_px = 3.0\ntriangle_budget = 60000\n"
+                               "page_cache_mib = 24\nwait_for_pages = true\n";
     const auto run = [&](const std::string& name, const std::string& views) {
         std::ofstream(dir.file(name + ".toml")) << shared << views;
         Generator ig(dir, {"--config", dir.file(name + ".toml"), "--frames", "12", "--stats",

@@ -65,7 +65,8 @@ Channel::Channel(const config::Settings& settings, const config::View& view, siz
     : _settings(view), _picture(picture), _turns(turns), _terrain(terrain), _renderer(renderer), _log(log),
       _terrainView(terrain, selectionSettings(settings, view), renderer), _view(idle),
       _sinks(std::move(sinks)), _rgba(static_cast<size_t>(view.width * view.height) * 4),
-      _depthM(view.depth ? _rgba.size() / 4 : 0), _budget(static_cast<uint32_t>(view.triangleBudget))
+      _depthM(view.depth ? _rgba.size() / 4 : 0), _budget(static_cast<uint32_t>(view.triangleBudget)),
+      _skipIdentical(settings.output.skipIdentical)
 {
     if (settings.terrain.frameTimeMs > 0) {
         const lod::BudgetControllerSettings control{
@@ -84,6 +85,9 @@ Result<void> Channel::warmUp()
     _renderer.setPicture(_picture);
     _terrainView.draw(_view, unused);
     _renderer.read(_rgba);
+    if (!_depthM.empty()) {
+        _renderer.readDepth(_depthM);
+    }
     return {};
 }
 
@@ -104,13 +108,17 @@ FrameStats Channel::frame(const scene::World& world, const FrameMoment& moment)
         _terrainView.setTriangleBudget(_timeControl->budgetFor(_view));
     }
     _renderer.setPicture(_picture);
-    _terrainView.draw(_view, stats);
+    const bool isNew =
+        _terrainView.draw(_view, stats, _skipIdentical && moment.light == 1.0 && _light == 1.0);
+    _light = moment.light;
     const int64_t drawn = clockNs();
     const out::FrameMemory memory = memoryForFrame();
-    _renderer.read(memory.rgba);
-    dim(memory.rgba, moment.light);
-    if (!memory.depthM.empty()) {
-        _renderer.readDepth(memory.depthM);
+    if (isNew) {
+        _renderer.read(memory.rgba);
+        dim(memory.rgba, moment.light);
+        if (!memory.depthM.empty()) {
+            _renderer.readDepth(memory.depthM);
+        }
     }
     const int64_t readBack = clockNs();
     stats.readBackNs = readBack - drawn;
@@ -135,7 +143,7 @@ FrameStats Channel::frame(const scene::World& world, const FrameMoment& moment)
         _timeControl->look(_view, memory.rgba);
     }
     stats.frameNs = clockNs() - moment.startNs;
-    if (_timeControl) {
+    if (_timeControl && isNew) {
         _timeControl->observe(stats);
         tellReach();
     }
@@ -160,11 +168,11 @@ void Channel::tellReach()
     }
 }
 
-// Straight into a ring where there is one.
+// Straight into a ring where there is one, unless the picture may be wanted once more.
 out::FrameMemory Channel::memoryForFrame()
 {
     for (NamedSink& sink : _sinks) {
-        if (sink.sink) {
+        if (sink.sink && !_skipIdentical) {
             if (const out::FrameMemory memory = sink.sink->memoryForNext(); !memory.rgba.empty()) {
                 return memory;
             }

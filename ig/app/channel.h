@@ -102,6 +102,8 @@ private:
     RunStatistics _statistics;
     uint64_t _frameNumber = 0;
     uint32_t _budget;
+    bool _skipIdentical;
+    double _light = 1;               // of the last picture
     std::optional<double> _arrivalS; // of the newest message since the last frame
 };
 

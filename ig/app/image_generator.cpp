@@ -132,7 +132,8 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
                             " cannot read depth back (no GL_NV_read_depth); set it to false");
         }
     }
-    auto renderer = gl::Renderer::create(*context, rendererSettings(settings, *dataset));
+    const Plan planned = plan(settings, *dataset);
+    auto renderer = gl::Renderer::create(*context, planned.renderer);
     if (!renderer) {
         return Unexpected{renderer.error()};
     }
@@ -144,10 +145,9 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
         }
         sinks.push_back(std::move(*opened));
     }
-    const TerrainSettings terrain = terrainSettings(settings, dataset->pages().size());
     std::unique_ptr<ImageGenerator> generator(
         new ImageGenerator(settings, log, std::move(host), std::move(*context), std::move(*renderer),
-                           std::move(*dataset), terrain, std::move(sinks)));
+                           std::move(*dataset), planned.terrain, std::move(sinks)));
     for (const auto& channel : generator->_channels) {
         if (auto warm = channel->warmUp(); !warm) {
             return Unexpected{warm.error()};
@@ -162,6 +162,18 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
     generator->_host.setGround(generator->_ground.get());
     generator->_host.terrainLoaded();
     return generator;
+}
+
+Plan ImageGenerator::plan(const config::Settings& settings, const data::Dataset& dataset)
+{
+    Plan plan;
+    plan.renderer = rendererSettings(settings, dataset);
+    plan.terrain = terrainSettings(settings, dataset.pages().size());
+    const config::View first = config::viewsOf(settings).front();
+    plan.firstView = idleView(dataset.info(), settings, first);
+    plan.depthPlane = first.depth;
+    plan.timeControl = settings.terrain.frameTimeMs > 0;
+    return plan;
 }
 
 ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, HostLink host,
@@ -257,6 +269,7 @@ FrameStats ImageGenerator::together(int64_t hostNs, int64_t frameNs) const
     FrameStats all;
     all.hostNs = hostNs;
     all.frameNs = frameNs;
+    all.selectionKept = all.pictureKept = !_made.empty();
     for (const FrameStats& one : _made) {
         all.selectNs += one.selectNs;
         all.drawNs += one.drawNs;
@@ -266,6 +279,7 @@ FrameStats ImageGenerator::together(int64_t hostNs, int64_t frameNs) const
         all.transportDelayNs = std::max(all.transportDelayNs, one.transportDelayNs);
         all.lod.triangles += one.lod.triangles;
         all.lod.tilesVisited += one.lod.tilesVisited;
+        all.lod.tilesCulled += one.lod.tilesCulled;
         all.lod.verticesEvaluated += one.lod.verticesEvaluated;
         all.lod.listsMade += one.lod.listsMade;
         all.lod.trials += one.lod.trials;
@@ -280,6 +294,9 @@ FrameStats ImageGenerator::together(int64_t hostNs, int64_t frameNs) const
         all.lod.tauPx = std::max(all.lod.tauPx, one.lod.tauPx);
         all.pageIns += one.pageIns;
         all.bytesUploaded += one.bytesUploaded;
+        all.listBytes += one.listBytes;
+        all.selectionKept = all.selectionKept && one.selectionKept;
+        all.pictureKept = all.pictureKept && one.pictureKept;
     }
     // Of those that had no turn, too: it does not change with the turns.
     for (const auto& channel : _channels) {

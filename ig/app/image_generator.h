@@ -15,6 +15,7 @@
 #include "ig/app/host_link.h"
 #include "ig/app/loss_fade.h"
 #include "ig/app/metrics.h"
+#include "ig/app/plan.h"
 #include "ig/app/run_statistics.h"
 #include "ig/app/terrain_residency.h"
 #include "ig/base/log.h"
@@ -41,6 +42,9 @@ public:
     // is drawn again as one view.
     static Result<std::unique_ptr<ImageGenerator>> createForReplay(const config::Settings& settings,
                                                                    LogSink& log);
+
+    // What create() makes of a dataset; of several views the first.
+    static Plan plan(const config::Settings& settings, const data::Dataset& dataset);
 
     // Makes the frames of one slot of the schedule: one of each view whose turn it is, in the order of the
     // settings. startNs: when it starts, steady clock. The span is good until the next call.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // eyepoint-ig: draws what a host asks for, at a fixed rate, until it is told to stop.
+#include "ig/app/explain.h"
 #include "ig/app/flush_denormals.h"
 #include "ig/app/frame_schedule.h"
 #include "ig/app/image_generator.h"
@@ -25,8 +26,9 @@ namespace {
 struct Arguments : ig::app::SettingsArguments {
     uint64_t frames = 0;
     bool checkConfig = false;
+    bool explain = false;
     bool selfTest = false;
-    std::string json; // of the self-test; empty: the table on standard output
+    std::string json; // of --explain or --selftest; empty: the table on standard output
 };
 
 int fail(const ig::Error& error)
@@ -224,6 +226,25 @@ int run(const config::Settings& settings, const Arguments& arguments)
     return 0;
 }
 
+// The table on standard output, and JSON where it is wanted.
+ig::Result<void> print(const Arguments& arguments, const std::string& table, const std::string& json)
+{
+    std::fputs((arguments.json == "-" ? json : table).c_str(), stdout);
+    const bool toFile = !arguments.json.empty() && arguments.json != "-";
+    return toFile ? ig::app::writeFile(arguments.json, json) : ig::Result<void>();
+}
+
+int explain(const Arguments& arguments, const config::Settings& settings)
+{
+    const auto log = ig::app::makeLog(settings.log.level);
+    const auto explanation = ig::app::explain(settings, *log);
+    if (!explanation) {
+        return fail(explanation.error());
+    }
+    const auto printed = print(arguments, explanation->table(), explanation->json());
+    return printed ? 0 : fail(printed.error());
+}
+
 #if defined(EYEPOINT_SELFTEST)
 int selfTest(const Arguments& arguments, const config::Settings& settings)
 {
@@ -234,15 +255,10 @@ int selfTest(const Arguments& arguments, const config::Settings& settings)
         return fail(outcome.error());
     }
     const ig::selftest::Report& report = outcome->report;
-    if (arguments.json == "-") {
-        std::fputs(report.json(outcome->target).c_str(), stdout);
-    } else {
-        std::printf("%s%s\n", report.table().c_str(), outcome->target.c_str());
-        if (!arguments.json.empty()) {
-            if (auto written = ig::app::writeFile(arguments.json, report.json(outcome->target)); !written) {
-                return fail(written.error());
-            }
-        }
+    if (auto printed =
+            print(arguments, report.table() + outcome->target + "\n", report.json(outcome->target));
+        !printed) {
+        return fail(printed.error());
     }
     return report.passes() ? 0 : ig::exitCode(ig::ErrorKind::failed);
 }
@@ -261,14 +277,18 @@ int main(int argc, char** argv)
     app.add_option("--frames", arguments.frames,
                    "stop after this many frames, of the view with the highest rate")
         ->check(CLI::PositiveNumber);
+    app.add_flag("--skip-identical", arguments.skipIdentical,
+                 "do not draw a frame again that shows what the one before showed (output.skip_identical)");
     app.add_flag("--check-config", arguments.checkConfig, "check the settings and end");
+    app.add_flag("--explain", arguments.explain,
+                 "say what this run uses and what it leaves out, measured on the first view, and end");
 #if defined(EYEPOINT_SELFTEST)
-    auto* selfTestFlag = app.add_flag("--selftest", arguments.selfTest,
-                                      "measure the extreme cases on this machine, print them against their "
-                                      "limits, and end: 0 when all hold");
-    app.add_option("--json", arguments.json, "with --selftest: as JSON to this file, - for standard output")
-        ->needs(selfTestFlag);
+    app.add_flag("--selftest", arguments.selfTest,
+                 "measure the extreme cases on this machine, print them against their limits, and end: 0 "
+                 "when all hold");
 #endif
+    app.add_option("--json", arguments.json,
+                   "of --explain or --selftest, as JSON to this file, - for standard output");
     app.set_version_flag("--version", "eyepoint-ig " EYEPOINT_VERSION);
     try {
         app.parse(argc, argv);
@@ -290,7 +310,7 @@ int main(int argc, char** argv)
             return selfTest(arguments, *settings);
         }
 #endif
-        return run(*settings, arguments);
+        return arguments.explain ? explain(arguments, *settings) : run(*settings, arguments);
     } catch (const std::bad_alloc&) {
         return fail({ig::ErrorKind::failed,
                      "out of memory; lower terrain.page_cache_mib or the views' width and height"});

@@ -114,6 +114,10 @@ void RunStatistics::add(const FrameStats& frame) noexcept
     _gatherNs.add(static_cast<double>(frame.lod.gatherNs));
     _boundNs.add(static_cast<double>(frame.lod.boundNs));
     _trials += frame.lod.trials;
+    _tilesCulled += frame.lod.tilesCulled;
+    _listBytes += frame.listBytes;
+    _selectionsKept += frame.selectionKept ? 1 : 0;
+    _picturesKept += frame.pictureKept ? 1 : 0;
     _framesWithMissingTiles += frame.lod.tilesMissing > 0 ? 1 : 0;
     _pageIns += frame.pageIns;
     _bytesUploaded += frame.bytesUploaded;
@@ -200,6 +204,10 @@ std::string RunStatistics::json(const RunSummary& run) const
                     {"vertices_evaluated_per_frame", perFrame(_verticesEvaluated)},
                     {"lists_made_per_frame", perFrame(_listsMade)},
                     {"tiles_visited_per_frame", perFrame(_tilesVisited)},
+                    {"tiles_culled_per_frame", perFrame(_tilesCulled)},
+                    {"list_bytes_per_frame", perFrame(_listBytes)},
+                    {"frames_not_selected_again", _selectionsKept},
+                    {"frames_not_drawn_again", _picturesKept},
                     {"frames_with_missing_tiles", _framesWithMissingTiles},
                     {"page_ins", _pageIns},
                     {"bytes_read", run.bytesRead},

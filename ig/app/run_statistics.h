@@ -86,11 +86,13 @@ private:
 
     Histogram _frameTime, _host, _select, _draw, _readBack, _sink, _load, _transportDelay;
     Extent _triangles, _tauPx, _errorPx;
-    uint64_t _verticesEvaluated = 0, _listsMade = 0, _tilesVisited = 0, _framesWithMissingTiles = 0;
+    uint64_t _verticesEvaluated = 0, _listsMade = 0, _tilesVisited = 0, _tilesCulled = 0,
+             _framesWithMissingTiles = 0;
     // Stages of the selection, ns.
     Extent _visitNs, _evaluateNs, _listsNs, _gatherNs, _boundNs;
     uint64_t _trials = 0;
-    uint64_t _pageIns = 0, _bytesUploaded = 0, _overBudget = 0;
+    uint64_t _pageIns = 0, _bytesUploaded = 0, _listBytes = 0, _overBudget = 0;
+    uint64_t _selectionsKept = 0, _picturesKept = 0;
     Extent _budget;
     uint32_t _smallestBudget = UINT32_MAX;
     lod::BudgetReversals _reversals;

@@ -68,6 +68,7 @@ Result<config::Settings> settingsOf(const SettingsArguments& arguments)
     setUnlessEmpty(settings.host.record, arguments.record);
     setUnlessEmpty(settings.output.stats, arguments.stats);
     setUnlessEmpty(settings.output.receipts, arguments.receipts);
+    settings.output.skipIdentical = settings.output.skipIdentical || arguments.skipIdentical;
     if (!arguments.sinks.empty()) {
         settings.output.sinks = arguments.sinks;
     }

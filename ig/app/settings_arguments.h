@@ -18,6 +18,7 @@ struct SettingsArguments {
     std::string config, terrain, stats, receipts;
     std::vector<std::string> sinks, assignments;
     std::string listen, record; // options of eyepoint-ig alone
+    bool skipIdentical = false;
     bool withTerrain = true;             // false: the program brings its own, whatever the settings lack
 };
 

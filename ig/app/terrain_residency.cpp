@@ -288,6 +288,7 @@ void TerrainResidency::place(data::LoadedPage& loaded, FrameStats& stats)
             selector->removePage(static_cast<uint32_t>(placement->evicted), slot);
         }
     }
+    ++_changes;
     std::swap(_heights[slot], loaded.heights);
     _reaches[slot] = lod::pageReach(page == 0, _heights[slot].errorCode, _heights[slot].radiusCode);
     for (lod::Selector* selector : _selectors) {

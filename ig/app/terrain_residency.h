@@ -92,6 +92,10 @@ public:
     uint32_t pageSlots() const noexcept { return _settings.pageSlots; }
     std::span<const int32_t> slotOfPage() const noexcept { return _slots.slotOfPage(); }
     std::span<const lod::PageReach> reachOfSlot() const noexcept { return _reaches; }
+    // Counts pages that came: the same number, the same pages in the same slots.
+    uint64_t changes() const noexcept { return _changes; }
+    // A number that no draw list has had.
+    uint64_t nextListNumber() noexcept { return ++_listNumber; }
     uint32_t residentPages() const noexcept { return _slots.residentPages(); }
     uint32_t damagedPages() const noexcept { return _damagedCount; }
     bool isLoading() const noexcept { return _loader.isRunning(); }
@@ -126,6 +130,8 @@ private:
     std::vector<data::PageHeights> _heights; // by slot, of the resident pages: their children need them
     std::vector<bool> _lost;                 // by page: damaged, or below such a page: not asked for again
     uint32_t _damagedCount = 0;
+    uint64_t _changes = 0;
+    uint64_t _listNumber = 0;
     uint32_t _remaining = 0; // where all fit: pages before it are resident or lost
     std::vector<data::PageRequest> _requests;
     std::vector<uint32_t> _pinned;

@@ -36,6 +36,7 @@ void TerrainView::reconfigure(const lod::SelectionSettings& selection)
     _terrain.detach(_number);
     _selector = std::move(selector);
     _number = _terrain.attach(*_selector);
+    _selected = false;
 }
 
 Result<void> TerrainView::preload(const ViewState& view)
@@ -58,8 +59,38 @@ Result<void> TerrainView::preload(const ViewState& view)
 
 void TerrainView::select(const ViewState& view)
 {
-    _selector->select(view, _list);
+    choose(view);
     _terrain.use(_number, _list.usedPages);
+}
+
+// And says what is missing or may be soon.
+void TerrainView::selectAndAsk(const ViewState& view)
+{
+    choose(view);
+    const bool ahead = _terrain.loadsAhead();
+    if (ahead && _prefetch.plan(view, _list.stats.tauPx, _terrain.slotOfPage(), _terrain.reachOfSlot())) {
+        _terrain.keep(_number, _prefetch.kept());
+    }
+    _terrain.use(_number, _list.usedPages);
+    _terrain.request(_number, _list.wantedPages, ahead ? _prefetch.missing() : std::span<const uint32_t>());
+}
+
+void TerrainView::choose(const ViewState& view)
+{
+    _selector->select(view, _list);
+    _list.number = _terrain.nextListNumber();
+    _view = view;
+    _budget = _selector->triangleBudget();
+    _changes = _terrain.changes();
+    _selected = true;
+    _drawn = false;
+}
+
+// Whether the last selection is that of this view.
+bool TerrainView::holds(const ViewState& view) const noexcept
+{
+    return _selected && view == _view && _budget == _selector->triangleBudget() &&
+           _changes == _terrain.changes();
 }
 
 // Loads and selects until nothing is lacking that can be had.
@@ -79,30 +110,38 @@ void TerrainView::setTriangleBudget(uint32_t triangles) noexcept
     _selector->setTriangleBudget(triangles);
 }
 
-void TerrainView::draw(const ViewState& view, FrameStats& stats)
+bool TerrainView::draw(const ViewState& view, FrameStats& stats, bool keepPicture)
 {
     const int64_t start = steadyNs();
     const int64_t loadedBeforeNs = stats.loadNs;
-    if (_terrain.waitsForPages()) {
+    const bool waits = _terrain.waitsForPages();
+    if (!waits) {
+        _terrain.takeOver(stats);
+    }
+    const bool kept = holds(view);
+    if (!kept && waits) {
         select(view);
         complete(view, stats, TerrainResidency::kForever);
-    } else {
-        _terrain.takeOver(stats);
-        _selector->select(view, _list);
-        const bool ahead = _terrain.loadsAhead();
-        if (ahead && _prefetch.plan(view, _list.stats.tauPx, _terrain.slotOfPage(), _terrain.reachOfSlot())) {
-            _terrain.keep(_number, _prefetch.kept());
-        }
-        _terrain.use(_number, _list.usedPages);
-        _terrain.request(_number, _list.wantedPages,
-                         ahead ? _prefetch.missing() : std::span<const uint32_t>());
+    } else if (!kept) {
+        selectAndAsk(view);
     }
     const int64_t selected = steadyNs();
-    _renderer.draw(view, _list, _terrain.slotOfPage());
+    stats.selectionKept = kept;
+    stats.pictureKept = keepPicture && kept && _drawn;
+    if (!stats.pictureKept) {
+        _renderer.draw(view, _list, _terrain.slotOfPage());
+        stats.listBytes += _renderer.listBytes();
+        _drawn = true;
+    }
     stats.selectNs = selected - start - (stats.loadNs - loadedBeforeNs);
     stats.drawNs = steadyNs() - selected;
     stats.triangleBudget = _selector->triangleBudget();
     stats.lod = _list.stats;
+    if (kept) {
+        stats.lod.tilesVisited = stats.lod.tilesCulled = stats.lod.tilesJumped = 0;
+        stats.lod.verticesEvaluated = stats.lod.listsMade = 0;
+    }
+    return !stats.pictureKept;
 }
 
 } // namespace ig::app

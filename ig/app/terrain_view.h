@@ -26,8 +26,12 @@ public:
     void setTriangleBudget(uint32_t triangles) noexcept;
     // Takes over what has been loaded, as much as the terrain allows in a frame, chooses the triangles, asks
     // for pages that are missing or may be soon, and issues the draw calls. Fills selectNs, loadNs, pageIns,
-    // bytesUploaded, drawNs, triangleBudget and lod.
-    void draw(const ViewState& view, FrameStats& stats);
+    // bytesUploaded, listBytes, drawNs, triangleBudget, lod, selectionKept and pictureKept.
+    //
+    // A view that is that of the call before to the last bit, over the same pages and with the same budget,
+    // is not selected again, and its lists are not handed over again. With keepPicture it is not drawn again
+    // either: then false comes back, and the picture read last still holds.
+    bool draw(const ViewState& view, FrameStats& stats, bool keepPicture = false);
 
     // Another budget and tolerance, and the same method, from the next draw() on; between frames, allocates.
     void reconfigure(const lod::SelectionSettings& selection);
@@ -38,7 +42,10 @@ public:
 
 private:
     void select(const ViewState& view);
+    void choose(const ViewState& view);
+    void selectAndAsk(const ViewState& view);
     void complete(const ViewState& view, FrameStats& stats, data::PageLoader::Clock::time_point deadline);
+    bool holds(const ViewState& view) const noexcept;
 
     TerrainResidency& _terrain;
     gl::Renderer& _renderer;
@@ -46,6 +53,12 @@ private:
     lod::Prefetch _prefetch;
     uint32_t _number; // of the view within _terrain
     lod::DrawList _list;
+    // Of the last selection.
+    ViewState _view;
+    bool _selected = false;
+    uint32_t _budget = 0;
+    uint64_t _changes = 0;
+    bool _drawn = false; // and it has been drawn
 };
 
 } // namespace ig::app

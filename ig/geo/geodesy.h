@@ -38,6 +38,8 @@ struct Geodetic {
 // A position on the world. Not convertible to an eye vector: see toEye.
 struct EcefPos {
     glm::dvec3 m{0.0};
+
+    friend bool operator==(const EcefPos&, const EcefPos&) = default;
 };
 
 // A vector from the eyepoint in ECEF axes, narrowed to what a GPU takes.

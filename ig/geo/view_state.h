@@ -36,6 +36,9 @@ struct ViewState {
     double visibilityM = 0; // at the eye, meteorological; 0: as the renderer was set up
     bool mirrorX = false;   // the picture has left and right exchanged
     bool mirrorY = false;   // the picture is upside down
+
+    // To the last bit: the same view gives the same picture.
+    friend bool operator==(const ViewState&, const ViewState&) = default;
 };
 
 // View axes of the host (X forward, Y right, Z down, columns in ECEF) to the eye frame.

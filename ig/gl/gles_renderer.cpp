@@ -35,10 +35,12 @@ public:
     {
         _targets[_picture].begin();
         _terrain.begin(view);
-        _terrain.draw(_store, list, slotOfPage);
+        _listBytes = _terrain.draw(_store, list, slotOfPage);
         _sky.draw(view);
         _drawn[_picture] = view.frustum;
     }
+
+    uint64_t listBytes() const noexcept override { return _listBytes; }
 
     void read(std::span<std::byte> rgba) override { _targets[_picture].read(rgba); }
 
@@ -77,6 +79,7 @@ private:
     PageStore _store;
     TerrainPass _terrain;
     SkyPass _sky;
+    uint64_t _listBytes = 0;
 };
 
 } // namespace

@@ -48,6 +48,9 @@ void NullRenderer::draw(const ViewState&, const lod::DrawList& list, std::span<c
         ++_counts.lists;
         _counts.triangles += pageList.count / 3;
     }
+    const bool again = list.number != 0 && list.number == _lastNumber;
+    _lastNumber = list.number;
+    _listBytes = again ? 0 : list.indices.size() * sizeof(uint16_t);
 }
 
 void NullRenderer::read(std::span<std::byte> rgba)

@@ -26,6 +26,7 @@ public:
     void setPicture(size_t) override {}
     uint64_t upload(uint32_t slot, const data::PageMesh& mesh) override;
     void draw(const ViewState& view, const lod::DrawList& list, std::span<const int32_t> slotOfPage) override;
+    uint64_t listBytes() const noexcept override { return _listBytes; }
     // Fills with the low byte of the number of draws, so that frames differ.
     void read(std::span<std::byte> rgba) override;
     void readDepth(std::span<float> depthM) override; // infinity
@@ -39,6 +40,8 @@ private:
 
     std::vector<bool> _uploaded; // by slot
     Morph _morph;
+    uint64_t _listBytes = 0;
+    uint64_t _lastNumber = 0; // of the list drawn last
     Counts _counts;
 };
 

@@ -68,9 +68,12 @@ public:
     virtual void setPicture(size_t picture) = 0;
 
     // Draws the tiles or page lists. slotOfPage maps page numbers to slots; every page of the list must have
-    // one.
+    // one. A list with the number of the one drawn before has its contents: its indices are not handed over
+    // again.
     virtual void draw(const ViewState& view, const lod::DrawList& list,
                       std::span<const int32_t> slotOfPage) = 0;
+    // Bytes of indices that the last draw() handed to GL; 0 where none is.
+    virtual uint64_t listBytes() const noexcept { return 0; }
 
     // Waits for the picture and copies it into rgba (widthPx * heightPx * 4 bytes, top row first). Alpha is
     // 255 where terrain is drawn and 0 where there is sky.

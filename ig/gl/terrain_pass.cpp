@@ -136,14 +136,16 @@ void TerrainPass::begin(const ViewState& view) const
     }
 }
 
-void TerrainPass::draw(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage)
+uint64_t TerrainPass::draw(const PageStore& store, const lod::DrawList& list,
+                           std::span<const int32_t> slotOfPage)
 {
     assert(list.items.empty() || list.lists.empty());
     glBindVertexArray(_vertexArray.name());
     _boundArray = kNoArray;
     drawTiles(store, list.items, slotOfPage);
-    drawLists(store, list, slotOfPage);
+    const uint64_t bytes = drawLists(store, list, slotOfPage);
     glBindVertexArray(0);
+    return bytes;
 }
 
 void TerrainPass::drawTiles(const PageStore& store, std::span<const lod::DrawItem> items,
@@ -179,21 +181,27 @@ void TerrainPass::setWeights(const lod::DrawItem& item)
     _weighted = !atRest;
 }
 
-void TerrainPass::drawLists(const PageStore& store, const lod::DrawList& list,
-                            std::span<const int32_t> slotOfPage)
+uint64_t TerrainPass::drawLists(const PageStore& store, const lod::DrawList& list,
+                                std::span<const int32_t> slotOfPage)
 {
     if (list.lists.empty())
-        return;
+        return 0;
     if (_tile >= 0) {
         glUniform4f(_tile, 0.0F, 0.0F, 1.0F, 1.0F);
         glUniform4f(_sides, 1.0F, 1.0F, 1.0F, 1.0F);
     }
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, _streamed.name());
-    streamIndices(list.indices);
+    uint64_t bytes = 0;
+    if (list.number == 0 || list.number != _streamedNumber) {
+        streamIndices(list.indices);
+        _streamedNumber = list.number;
+        bytes = list.indices.size() * sizeof(uint16_t);
+    }
     setMorph(list.morph);
     for (const lod::PageList& pageList : list.lists)
         add(store, slotOf(pageList.page, slotOfPage), 0, {pageList.first, pageList.count});
     flush();
+    return bytes;
 }
 
 void TerrainPass::setMorph(const lod::MorphState& morph) const

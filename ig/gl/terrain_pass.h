@@ -27,8 +27,8 @@ public:
 
     // Draws tiles or page lists in the given order; one whose page has no slot is left out (asserted). A few
     // GL calls for all of them with base-vertex draws, and three for each tile that is on the way; without,
-    // two and one per attribute for each.
-    void draw(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage);
+    // two and one per attribute for each. Returns the bytes of indices that it streamed.
+    uint64_t draw(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage);
 
     // The weights of page lists' vertices, for those who draw lists of their own after begin().
     void setMorph(const lod::MorphState& morph) const;
@@ -50,7 +50,8 @@ private:
     void drawTiles(const PageStore& store, std::span<const lod::DrawItem> items,
                    std::span<const int32_t> slotOfPage);
     void setWeights(const lod::DrawItem& item);
-    void drawLists(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage);
+    uint64_t drawLists(const PageStore& store, const lod::DrawList& list,
+                       std::span<const int32_t> slotOfPage);
     void streamIndices(std::span<const uint16_t> indices);
     // Draws indices of the bound index buffer, vertex 0 being a post of a page; with base-vertex draws not
     // before flush().
@@ -66,6 +67,7 @@ private:
     Buffer _tileIndices;
     Buffer _streamed; // indices of page lists, new in every frame
     uint64_t _streamBytes = 0;
+    uint64_t _streamedNumber = 0; // of the list whose indices are there; 0: of none
     TileIndices _tiles;
     Batch _batch;
     uint32_t _boundArray = 0;

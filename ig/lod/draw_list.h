@@ -45,6 +45,7 @@ struct MorphState {
 struct LodStats {
     uint32_t triangles = 0;         // that the draw list draws, exactly
     uint32_t tilesVisited = 0;      // tiles whose error or visibility was evaluated
+    uint32_t tilesCulled = 0;       // of these, found out of view: nothing below them was visited
     uint32_t verticesEvaluated = 0; // per-vertex tests; 0 for a method that decides by tile
     uint32_t listsMade = 0;         // index lists made; 0 for a method with shared ones
     uint32_t tilesMissing = 0;      // tiles drawn by an ancestor because pages were not resident
@@ -69,6 +70,7 @@ struct DrawList {
     std::vector<PageList> lists;       // nearest first; empty when items are used
     std::vector<uint16_t> indices;     // of the lists
     MorphState morph;                  // of the lists
+    uint64_t number = 0;               // of the contents, given by whoever keeps lists; 0: none
     std::vector<uint32_t> usedPages;   // that the items and their ancestors need: not to be evicted
     std::vector<uint32_t> wantedPages; // not resident, most urgent first; bounded
     std::vector<uint32_t> aheadPages;  // not resident and not wanted yet, but soon; bounded

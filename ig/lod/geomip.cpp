@@ -130,6 +130,7 @@ void GeomipSelector::aim(const TileTree::Look& look, DrawList& out)
         }
     }
     out.stats.tilesVisited += _aim.visited();
+    out.stats.tilesCulled += _aim.culled();
 }
 
 void GeomipSelector::pushCandidate(int32_t index)

@@ -45,6 +45,7 @@ const TileTree& GeomipMorph::follow(const TileTree& aim, const TileTree::Look& l
                               [](const TileNode& node) { return node.awaiting; });
     stats.tilesJumped = _jumped;
     stats.tilesVisited += _drawn.visited();
+    stats.tilesCulled += _drawn.culled();
     return _drawn;
 }
 

@@ -435,7 +435,7 @@ double PageLists::trianglePx(int32_t slot, const std::array<uint16_t, 3>& posts,
     // The balls of both hold the triangle's posts.
     const VertexId holder = moving || !hasSplit ? vertexOf(posts[0]) : split;
     const glm::dvec3 ray = _tree.position(holder) - cut.eye;
-    const double ballM = _codeM[_tree.radiusCode(holder)];
+    const double ballM = _tree.radiusM(holder);
     for (const glm::dvec4& plane : cut.planes) {
         if (glm::dot(glm::dvec3(plane), ray) + plane.w < -ballM) {
             return 0.0;

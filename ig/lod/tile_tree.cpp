@@ -32,14 +32,14 @@ void TileTree::clear() noexcept
 {
     _nodes.clear();
     _visibleLeaves = 0;
-    _visited = 0;
+    _visited = _culled = 0;
 }
 
 void TileTree::copy(const TileTree& other)
 {
     _nodes.assign(other._nodes.begin(), other._nodes.end());
     _visibleLeaves = other._visibleLeaves;
-    _visited = 0;
+    _visited = _culled = 0;
 }
 
 void TileTree::makeRoot(const Look& look)
@@ -64,6 +64,7 @@ TileNode TileTree::makeNode(const TileKey& key, int32_t page, int32_t parent, Vi
     const PageNode& source = _pages[static_cast<size_t>(page)];
     const TileBox box = tileBox(_shape, key, source.minHeightM, source.maxHeightM);
     node.visible = look.visibility.sees(box, node.planes);
+    _culled += node.visible ? 0 : 1;
     if (key.depth <= _shape.deepestPage) {
         node.errorM = source.errorM;
     } else if (key.depth == _shape.deepestPage + 1) {

@@ -64,6 +64,7 @@ public:
     uint32_t visibleLeaves() const noexcept { return _visibleLeaves; }
     // Tiles whose error or visibility was evaluated since clear().
     uint32_t visited() const noexcept { return _visited; }
+    uint32_t culled() const noexcept { return _culled; } // of these, out of view
     // Page of a child; kNoPage where nothing lies.
     int32_t childPage(const TileNode& node, int child) const noexcept;
     // The tile of the same depth beside a tile that does not lie at that border of the root.
@@ -82,7 +83,7 @@ private:
     std::span<const PageNode> _pages;
     std::vector<TileNode> _nodes;
     uint32_t _visibleLeaves = 0;
-    uint32_t _visited = 0;
+    uint32_t _visited = 0, _culled = 0;
 };
 
 } // namespace ig::lod

@@ -234,6 +234,7 @@ void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& sta
     Visit root{rootSlot, _graph[rootSlot].page, -1, Visibility::kAllPlanes, true, true, false, 0.0};
     ++stats.tilesVisited;
     if (!visibility.sees(_graph[root.slot].box, root.planes)) {
+        ++stats.tilesCulled;
         return;
     }
     root.distanceM = distanceM(_graph[root.slot].box, view);
@@ -274,6 +275,7 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
             continue;
         }
         looked[q] = visibility.meets(below.centre, ballM, parent.planes);
+        stats.tilesCulled += looked[q] ? 0 : 1;
         if (looked[q] && resident) {
             _graph.prefetchBox(slot.child[q]);
         }
@@ -301,6 +303,8 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
         if (visibility.sees(child.box, visit.planes)) {
             _visits.push_back(visit);
             _graph.prefetchHead(visit.slot);
+        } else {
+            ++stats.tilesCulled;
         }
     }
 }

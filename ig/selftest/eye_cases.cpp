@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kArea = "eyes";
 constexpr uint32_t kBudget = 6'000;
-constexpr double kSelectionMs = 500; // as for terrain
+constexpr double kSelectionMs = 2'000; // as for terrain
 
 double mountains(uint32_t col, uint32_t row)
 {

@@ -17,7 +17,7 @@ namespace {
 
 constexpr const char* kArea = "motion";
 constexpr uint32_t kBudget = 4'000;
-constexpr double kSelectionMs = 500; // as for terrain
+constexpr double kSelectionMs = 2'000; // as for terrain
 constexpr double kRateHz = 60;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 

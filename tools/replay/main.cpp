@@ -91,6 +91,6 @@ int main(int argc, char** argv)
         return done ? 0 : report(done.error());
     } catch (const std::bad_alloc&) {
         return report(
-            {ig::ErrorKind::failed, "out of memory; lower terrain.page_slots or view.width and view.height"});
+            {ig::ErrorKind::failed, "out of memory; lower terrain.page_cache_mib or view.width and view.height"});
     }
 }

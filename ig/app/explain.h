@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// --explain: each part that a run could have, whether this one has it and why, and what the part costs:
+// measured here and now, on the first view, once with it and once without.
+#pragma once
+
+#include "config/settings.h"
+#include "ig/base/log.h"
+#include "ig/base/result.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ig::app {
+
+// With the part less without it; what was not measured is absent.
+struct PartCost {
+    std::optional<double> frameMs;
+    std::optional<int64_t> bytes;
+    std::optional<int> threads;
+    std::optional<size_t> changedPixels; // of the first view
+};
+
+struct Part {
+    std::string name;
+    bool used = false;
+    std::string why;
+    PartCost cost;
+};
+
+struct Explanation {
+    std::vector<Part> parts;
+    uint32_t tiles = 0, tilesVisited = 0; // pages of the dataset; what the first view looked at of its tiles
+    std::string target;
+
+    std::string table() const;
+    std::string json() const;
+};
+
+// Opens the dataset and a context, no port and no sink of the settings. Errors: of whichever part.
+Result<Explanation> explain(const config::Settings& settings, LogSink& log);
+
+} // namespace ig::app
