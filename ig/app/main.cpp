@@ -314,7 +314,7 @@ int main(int argc, char** argv)
     try {
         return run(*settings, arguments);
     } catch (const std::bad_alloc&) {
-        return fail(
-            {ig::ErrorKind::failed, "out of memory; lower terrain.page_cache_mib or view.width and view.height"});
+        return fail({ig::ErrorKind::failed,
+                     "out of memory; lower terrain.page_cache_mib or view.width and view.height"});
     }
 }
