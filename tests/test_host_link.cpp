@@ -478,6 +478,7 @@ TEST_CASE("with time stamps the network's jitter is not seen, and nothing is del
     const Course arrivals = fly(false, true, 0.25);
     CHECK(arrivals.worstM < 150 * 0.017);
     CHECK(arrivals.jitterM > 0.5);
+}
 
 TEST_CASE("a link without a socket takes what it is fed, and knows of silences from the times alone")
 {

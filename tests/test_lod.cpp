@@ -230,7 +230,7 @@ TEST_CASE("tiles of a parallel view are watertight, in the budget, of one size o
             const double halfM = 500.0 * std::pow(3.0, i % 5);
             view.frustum = {-halfM, halfM, -0.6 * halfM, 0.6 * halfM, 1.0, 1e7, true};
             DrawList list;
-            selector.select(view, terrain.slotOfPage, list);
+            test::selectOver(selector, view, terrain.slotOfPage, list);
             checkWatertight(terrain, list);
             CHECK(list.stats.triangles <= 20'000);
             CHECK(list.stats.errorPx <= std::max(2.0F, list.stats.tauPx));

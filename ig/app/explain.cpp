@@ -298,9 +298,8 @@ private:
         const size_t pages = scene.terrain().dataset().pages().size();
         const bool allFit = scene.terrain().pageSlots() >= pages;
         Part loader{"loading of pages in flight", !allFit,
-                    fmt::format(allFit ? "all {} pages fit into {} slots; its threads end when all are there"
-                                       : "{} pages are more than {} slots",
-                                pages, scene.terrain().pageSlots()),
+                    fmt::format("{} pages, {} slots{}", pages, scene.terrain().pageSlots(),
+                                allFit ? "; its threads end when all are there" : ""),
                     {}};
         loader.cost.threads = threads;
         out.parts.push_back(std::move(loader));

@@ -2,6 +2,7 @@
 #include "ig/app/terrain_view.h"
 
 #include "ig/app/steady_clock.h"
+#include "ig/gl/compiler_memory.h"
 
 #include <utility>
 
@@ -51,6 +52,9 @@ Result<void> TerrainView::preload(const ViewState& view)
                     "the terrain's root page is damaged, nothing can be drawn; compile the dataset again");
     }
     select(view);
+    // The root alone makes the driver compile; its compiler leaves before the pages take their memory.
+    _renderer.draw(view, _list, _terrain.slotOfPage());
+    gl::releaseCompilerCode();
     complete(view, unused,
              _terrain.waitsForPages() ? TerrainResidency::kForever
                                       : data::PageLoader::Clock::now() + kPreload);

@@ -77,24 +77,25 @@ Result<void> fromCapture(const PathOptions& options, const Ellipsoid& ellipsoid,
         if (!*more) {
             break;
         }
-        port = port == 0 ? datagram.udp.destinationPort : port;
-        if (datagram.udp.destinationPort != port) {
+        port = port == 0 ? datagram.udp.destination.port : port;
+        if (datagram.udp.destination.port != port) {
             continue;
         }
+        const double timeS = static_cast<double>(datagram.timeNs) * 1e-9;
         // The frames that were due before it came.
         for (;
-             nextS >= 0 && nextS < datagram.timeS && path.views.size() < static_cast<size_t>(options.frames);
+             nextS >= 0 && nextS < timeS && path.views.size() < static_cast<size_t>(options.frames);
              nextS += 1 / options.rateHz) {
             if (const auto view = world.viewState(0, 1, 1, nextS)) {
                 path.views.push_back(*view);
             }
         }
-        session.receive(datagram.udp.payload, {}, datagram.timeS);
+        session.receive(datagram.udp.payload, {}, timeS);
         for (const hostif::SessionEvent& event : session.takeEvents()) {
             (void)toWorld.apply(event, world);
         }
-        if (nextS < 0 && world.viewState(0, 1, 1, datagram.timeS)) {
-            nextS = datagram.timeS;
+        if (nextS < 0 && world.viewState(0, 1, 1, timeS)) {
+            nextS = timeS;
         }
     }
     return {};
