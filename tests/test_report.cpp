@@ -484,3 +484,30 @@ TEST_CASE("a captured host's flight is a path")
     CHECK(movedM > 50 * 119 / 60.0);
     CHECK(movedM < 300 * 119 / 60.0);
 }
+
+TEST_CASE("methods are compared at equal error, and a budget fits by its p99")
+{
+    const std::vector<std::pair<double, double>> curve{{10, 8}, {20, 2}};
+    CHECK(*timeAtError(curve, 4) == Approx(10 * std::sqrt(2.0))); // half way in the logarithms
+    CHECK(*timeAtError(curve, 8) == Approx(10));
+    CHECK_FALSE(timeAtError(curve, 9));
+    const auto setting = [](const char* method, uint32_t budget, double ms, double errorPx) {
+        return Json{{"name", method},
+                    {"method", method},
+                    {"budget", budget},
+                    {"width", 64},
+                    {"height", 36},
+                    {"morph", true},
+                    {"summary",
+                     {{"total_ms", {{"p50", ms}, {"p99", 1.5 * ms}}}, {"error_max_px", {{"p50", errorPx}}}}}};
+    };
+    const Json front =
+        frontJson(Json::array({setting("hybrid", 1000, 6, 4), setting("hybrid", 9000, 12, 1),
+                               setting("geomip", 1000, 10, 8), setting("geomip", 9000, 20, 2)}),
+                  16);
+    CHECK(front["time_at_equal_error"][0]["wall"]["ratio"].get<double>() ==
+          Approx(6 / (10 * std::sqrt(2.0))).epsilon(1e-4));
+    CHECK(front["time_at_equal_error"][1]["wall"].is_null()); // geomip has no such error
+    CHECK(front["largest_budget_within_frame_time"][0]["budget"] == 1000);
+    CHECK(front["largest_budget_within_frame_time"][1]["budget"] == 1000);
+}

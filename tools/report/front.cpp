@@ -25,7 +25,7 @@ std::optional<double> valueOf(const Json& setting, const char* column, const cha
 std::optional<std::pair<double, double>> pointOf(const Json& setting, const char* time)
 {
     const auto timeMs = valueOf(setting, time, "p50");
-    const auto errorPx = valueOf(setting, "error_p99_px", "p50");
+    const auto errorPx = valueOf(setting, "error_max_px", "p50");
     if (!timeMs || !errorPx || *timeMs <= 0 || *errorPx <= 0) {
         return std::nullopt;
     }

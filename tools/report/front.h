@@ -18,8 +18,9 @@ namespace report {
 std::optional<double> timeAtError(const std::vector<std::pair<double, double>>& curve, double error);
 
 // For each setting that morphs its median time, wall and CPU, over that of the cheapest other method at the
-// same measured error (p99 of the sample, median frame) and picture size, null where no other has it; and of
-// each method the largest budget whose p99 frame time is within frameTimeMs, null where none is.
+// same measured error and picture size, null where no other has it: the largest of the sample, in the median
+// frame, as shares of posts are shares of the far ones. And of each method the largest budget whose p99 frame
+// time is within frameTimeMs, null where none is.
 Json frontJson(const Json& settings, double frameTimeMs);
 
 // The figures of the settings as a table in Markdown.

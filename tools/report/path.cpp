@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 
 namespace report {
@@ -150,7 +151,7 @@ Result<Path> makePath(const PathOptions& options, const data::Dataset& dataset)
             path.views.back().frustum = frustumOf(options);
         }
     } else {
-        path.name = options.file;
+        path.name = std::filesystem::path(options.file).filename().string();
         made = endsWith(".pcap") || endsWith(".pcapng")
                    ? fromCapture(options, dataset.info().shape.ellipsoid, path)
                    : fromCsv(options, dataset.info().shape.ellipsoid, path);
