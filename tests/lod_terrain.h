@@ -6,11 +6,13 @@
 #include "ig/gl/tile_indices.h"
 #include "ig/lod/bounds.h"
 #include "ig/lod/draw_list.h"
+#include "ig/lod/geomip.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <map>
 #include <random>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -111,6 +113,20 @@ inline ig::lod::TileKey keyOf(const Terrain& terrain, const ig::lod::DrawItem& i
     const ig::lod::PageNode& page = terrain.pages[item.page];
     const int finer = item.stride == 4 ? 0 : item.stride == 2 ? 1 : 2;
     return {page.depth + finer, (page.x << finer) + item.windowX, (page.y << finer) + item.windowY};
+}
+
+// Selects with the pages resident that have a slot.
+inline void selectOver(ig::lod::GeomipSelector& selector, const ig::ViewState& view,
+                       std::span<const int32_t> slotOfPage, ig::lod::DrawList& out)
+{
+    for (uint32_t page = 0; page < slotOfPage.size(); ++page) {
+        if (slotOfPage[page] >= 0) {
+            selector.addPage(page, static_cast<uint32_t>(slotOfPage[page]), {});
+        } else {
+            selector.removePage(page, 0);
+        }
+    }
+    selector.select(view, out);
 }
 
 // How often each edge of the drawn mesh occurs, in full-grid post coordinates.

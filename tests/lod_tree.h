@@ -3,6 +3,7 @@
 // (ig/lod/vertex_error.h), and the drawn, morphed surface measured against every post.
 #pragma once
 
+#include "ig/lod/bisection.h"
 #include "ig/lod/tree_selector.h"
 #include "ig/lod/vertex_error.h"
 #include "lod_terrain.h"
@@ -15,29 +16,17 @@
 
 namespace test {
 
-using Post = std::array<int, 2>; // column, row of the full grid
+using Post = ig::lod::GridPost<int>; // of the full grid
 
 inline int spacing(int col, int row)
 {
-    return (col | row) & -(col | row);
+    return ig::lod::spacingOf(Post{col, row});
 }
 
 // Ends of the edge that a vertex splits, then its apexes (one may lie outside the grid).
 inline std::array<Post, 4> splitOf(int col, int row)
 {
-    const int s = spacing(col, row);
-    const bool oddCol = (col / s) % 2 != 0;
-    const bool oddRow = (row / s) % 2 != 0;
-    if (oddCol && oddRow) {
-        const Post corner = {((col - s) / (2 * s)) % 2 != 0 ? col - s : col + s,
-                             ((row - s) / (2 * s)) % 2 != 0 ? row - s : row + s};
-        const Post opposite = {2 * col - corner[0], 2 * row - corner[1]};
-        return {corner, opposite, Post{corner[0], opposite[1]}, Post{opposite[0], corner[1]}};
-    }
-    if (oddCol) {
-        return {Post{col - s, row}, Post{col + s, row}, Post{col, row - s}, Post{col, row + s}};
-    }
-    return {Post{col, row - s}, Post{col, row + s}, Post{col - s, row}, Post{col + s, row}};
+    return ig::lod::splitOf(Post{col, row});
 }
 
 // What a dataset has of a page.
@@ -63,14 +52,8 @@ struct TreeTerrain : Terrain {
     // Whether a corner of the triangles that the vertex splits is padding: such vertices do not morph.
     bool touchesPadding(int col, int row) const
     {
-        for (const Post& corner : splitOf(col, row)) {
-            const bool exists = corner[0] >= 0 && corner[1] >= 0 && corner[0] <= size && corner[1] <= size;
-            if (exists &&
-                (corner[0] >= static_cast<int>(shape.cols) || corner[1] >= static_cast<int>(shape.rows))) {
-                return true;
-            }
-        }
-        return false;
+        return ig::lod::touchesPadding(splitOf(col, row), size, static_cast<int>(shape.cols),
+                                       static_cast<int>(shape.rows));
     }
     // Weight of a vertex as the vertex shader works it out.
     double weight(int col, int row, const glm::dvec3& eye) const

@@ -34,15 +34,18 @@ struct Scene {
     std::function<Curve(double)> curve;
     double noise = 0;
     double spikes = 0; // share of the frames that take two to four times as long
+    double bursts = 0; // of them, half a second each and half as long again, so many a second
     double minutes = 10;
 };
 
 struct Outcome {
     double reversalsPerMinute = 0, turnsPerMinute = 0;
-    double missedShare = 0;     // frames longer than the period, after the first three seconds
-    double affordableShare = 0; // mean of budget / what an oracle would have given
-    double p99OverMean = 0;     // of the cost without its noise, after the first three seconds
-    int longestOver = 0;        // frames in a row whose cost without noise is above the target by a tenth
+    double missedShare = 0;      // frames longer than the period, after the first three seconds
+    double affordableShare = 0;  // mean of budget / what an oracle would have given
+    double p99OverMean = 0;      // of the cost without its noise, after the first three seconds
+    double fixedP99OverMean = 0; // the same of the largest budget all the way
+    double outOfReachShare = 0;  // frames in which the controller said so
+    int longestOver = 0;         // frames in a row whose cost without noise is above the target by a tenth
     std::vector<uint32_t> budgets;
     std::vector<double> costsMs; // without noise
 };
@@ -60,6 +63,8 @@ Outcome simulate(const Scene& scene,
     const auto frames = static_cast<size_t>(scene.minutes * 60 * kRateHz);
     Outcome out;
     int over = 0;
+    double burst = 0; // seconds that are left of it
+    std::vector<double> fixed;
     for (size_t i = 0; i < frames; ++i) {
         const double timeS = static_cast<double>(i) / kRateHz;
         const double share = scene.share(timeS);
@@ -71,6 +76,11 @@ Outcome simulate(const Scene& scene,
         if (uniform(random) < scene.spikes) {
             cost *= 2 + 2 * uniform(random);
         }
+        burst = uniform(random) < scene.bursts / kRateHz ? 0.5 : burst - 1 / kRateHz;
+        cost *= burst > 0 ? 1.5 : 1.0;
+        fixed.push_back(curve.fixedMs + curve.fillMs * share +
+                        curve.perKiloTriangleMs * kUsed * settings.largestBudget * 1e-3);
+        out.outOfReachShare += controller.outOfReach() ? 1.0 / static_cast<double>(frames) : 0.0;
         controller.observe(cost, share, drawn);
         reversals.add(budget);
         out.budgets.push_back(budget);
@@ -90,13 +100,17 @@ Outcome simulate(const Scene& scene,
     out.missedShare /= counted;
     out.reversalsPerMinute = static_cast<double>(reversals.reversals()) / scene.minutes;
     out.turnsPerMinute = static_cast<double>(reversals.turns()) / scene.minutes;
-    std::vector<double> sorted(out.costsMs.begin() + kSettling, out.costsMs.end());
-    double sum = 0;
-    for (const double cost : sorted) {
-        sum += cost;
-    }
-    std::sort(sorted.begin(), sorted.end());
-    out.p99OverMean = sorted[sorted.size() * 99 / 100] / (sum / counted);
+    const auto p99OverMean = [&](std::vector<double> costs) {
+        costs.erase(costs.begin(), costs.begin() + kSettling);
+        double sum = 0;
+        for (const double cost : costs) {
+            sum += cost;
+        }
+        std::sort(costs.begin(), costs.end());
+        return costs[costs.size() * 99 / 100] / (sum / counted);
+    };
+    out.p99OverMean = p99OverMean(out.costsMs);
+    out.fixedP99OverMean = p99OverMean(fixed);
     CHECK(*std::min_element(out.budgets.begin(), out.budgets.end()) >= settings.smallestBudget);
     CHECK(*std::max_element(out.budgets.begin(), out.budgets.end()) <= settings.largestBudget);
     return out;
@@ -124,6 +138,12 @@ Curve swingingTriangles(double timeS)
     return {2.5, 4.0, 0.25 * std::pow(2.0, 0.5 * std::sin(kTwoPi * timeS / 13))};
 }
 
+// Two cores, 1280 x 720.
+Curve measuredCurve(double)
+{
+    return {4.0, 6.2, 0.17};
+}
+
 // Four times as dear for 15 s, then as before for 15 s.
 Curve jumpingCurve(double timeS)
 {
@@ -133,72 +153,108 @@ Curve jumpingCurve(double timeS)
 
 } // namespace
 
-TEST_CASE("a steady scene gets a steady budget, also when frame times scatter")
+// What a flight shows, with the machine's noise: hills and turns, single slow frames, and half seconds in
+// which another program has the caches.
+Outcome flight(double noise, double targetMs, uint32_t largest)
 {
-    const Outcome quiet = simulate({steadyShare, steadyCurve, 0.03});
-    CHECK(quiet.reversalsPerMinute <= 3);
-    CHECK(quiet.missedShare <= 0.01);
-    CHECK(quiet.affordableShare >= 0.9);
-    CHECK(quiet.p99OverMean <= 1.05);
-    const Outcome noisy = simulate({steadyShare, steadyCurve, 0.10});
-    CHECK(noisy.reversalsPerMinute <= 3);
-    CHECK(noisy.missedShare <= 0.01);
-    CHECK(noisy.affordableShare >= 0.9);
-    CHECK(noisy.p99OverMean <= 1.10);
+    const auto share = [](double timeS) {
+        return 0.6 + 0.12 * std::sin(kTwoPi * timeS / 7) + 0.08 * std::sin(kTwoPi * timeS / 2.3);
+    };
+    return simulate({share, measuredCurve, noise, 0.02, 0.1, 4}, {targetMs, 4'000, largest});
+}
+
+TEST_CASE("a steady scene gets a steady budget, however much frame times scatter")
+{
+    for (const double noise : {0.03, 0.10, 0.30}) {
+        const Outcome outcome = simulate({steadyShare, steadyCurve, noise});
+        INFO("noise " << noise);
+        CHECK(outcome.reversalsPerMinute == 0);
+        CHECK(outcome.turnsPerMinute <= 0.2);
+        CHECK(outcome.missedShare <= 0.01);
+        CHECK(outcome.affordableShare >= (noise > 0.2 ? 0.75 : 0.88));
+        CHECK(outcome.affordableShare <= 1.05);
+    }
 }
 
 TEST_CASE("the budget follows a picture that fills with terrain and empties, without hunting")
 {
-    const Outcome quiet = simulate({swingingShare, steadyCurve, 0.03});
-    CHECK(quiet.reversalsPerMinute <= 3);
-    CHECK(quiet.turnsPerMinute <= 8); // the scene itself turns six times
-    CHECK(quiet.missedShare <= 0.01);
-    CHECK(quiet.affordableShare >= 0.9);
-    CHECK(quiet.p99OverMean <= 1.10);
-    const Outcome noisy = simulate({swingingShare, steadyCurve, 0.10});
-    CHECK(noisy.reversalsPerMinute <= 3);
-    CHECK(noisy.missedShare <= 0.01);
-    CHECK(noisy.affordableShare >= 0.9);
+    for (const double noise : {0.03, 0.10}) {
+        const Outcome outcome = simulate({swingingShare, steadyCurve, noise});
+        INFO("noise " << noise);
+        CHECK(outcome.reversalsPerMinute <= 1);
+        CHECK(outcome.turnsPerMinute <= 8); // the scene itself turns six times
+        CHECK(outcome.missedShare <= 0.01);
+        CHECK(outcome.affordableShare >= 0.85);
+    }
 }
 
 TEST_CASE("the budget follows triangles that become dearer and cheaper")
 {
     const Outcome held = simulate({steadyShare, swingingTriangles, 0.03});
-    CHECK(held.p99OverMean <= 1.12);
-    CHECK(held.affordableShare >= 0.9);
+    CHECK(held.reversalsPerMinute <= 5);
+    CHECK(held.affordableShare >= 0.8);
     CHECK(held.missedShare <= 0.01);
-    // What a fixed budget of the same mean would have made of it.
-    double fixedMean = 0;
-    double fixedMax = 0;
-    for (int i = 0; i < 780; ++i) {
-        const Curve curve = swingingTriangles(i / kRateHz);
-        const double cost = curve.fixedMs + curve.fillMs * 0.6 + curve.perKiloTriangleMs * 20;
-        fixedMean += cost / 780;
-        fixedMax = std::max(fixedMax, cost);
+    CHECK(held.longestOver <= 60);
+}
+
+TEST_CASE("when frames cost four times as much, the time holds again after a quarter of a second")
+{
+    for (const double noise : {0.03, 0.10}) {
+        const Outcome jumps = simulate({steadyShare, jumpingCurve, noise});
+        INFO("noise " << noise);
+        CHECK(jumps.reversalsPerMinute <= 1);
+        CHECK(jumps.turnsPerMinute <= 6); // the scene's own: four
+        CHECK(jumps.missedShare <= 0.01);
+        CHECK(jumps.affordableShare >= 0.85);
+        // And most detail is back two seconds after the jump down.
+        const auto second = [](double s) { return static_cast<size_t>(s * kRateHz); };
+        CHECK(jumps.budgets[second(14)] >= 0.9 * kLargest);
+        CHECK(jumps.budgets[second(15.3)] <= 0.3 * kLargest);
+        CHECK(jumps.budgets[second(29)] <= 0.3 * kLargest);
+        CHECK(jumps.budgets[second(32)] >= 0.5 * kLargest);
     }
-    CHECK(held.p99OverMean < fixedMax / fixedMean - 0.05);
 }
 
-TEST_CASE("when frames cost four times as much, the time holds again after four frames")
+TEST_CASE("a flight is held without hunting, and no less steadily than with its largest budget")
 {
-    const Outcome jumps = simulate({steadyShare, jumpingCurve, 0.03});
-    CHECK(jumps.reversalsPerMinute <= 10);
-    CHECK(jumps.missedShare <= 0.01);
-    CHECK(jumps.affordableShare >= 0.85);
-    CHECK(jumps.longestOver <= 4);
-    // And all detail is back a second and a half after the jump down.
-    const auto second = [](double s) { return static_cast<size_t>(s * kRateHz); };
-    CHECK(jumps.budgets[second(14)] >= 0.95 * kLargest);
-    CHECK(jumps.budgets[second(29)] <= 0.25 * kLargest);
-    CHECK(jumps.budgets[second(31.5)] >= 0.9 * kLargest);
+    for (const double noise : {0.03, 0.10, 0.30}) {
+        for (const double targetMs : {9.0, 10.0, 11.0}) {
+            for (const uint32_t largest : {14'000U, 24'000U}) {
+                const Outcome outcome = flight(noise, targetMs, largest);
+                INFO("noise " << noise << ", target " << targetMs << ", largest " << largest);
+                CHECK(outcome.reversalsPerMinute <= 2);
+                CHECK(outcome.turnsPerMinute <= 4);
+                // What fills varies by as much at any budget; a smaller one leaves less beside it.
+                CHECK(outcome.p99OverMean <= 1.12 * outcome.fixedP99OverMean);
+                CHECK(outcome.outOfReachShare == 0);
+            }
+        }
+    }
 }
 
-TEST_CASE("single slow frames take no detail")
+TEST_CASE("what triangles cannot make up for gets the largest budget, and the controller says so")
 {
-    const Outcome calm = simulate({steadyShare, steadyCurve, 0.03, 0.0});
-    const Outcome disturbed = simulate({steadyShare, steadyCurve, 0.03, 0.02});
-    CHECK(disturbed.affordableShare >= 0.95 * calm.affordableShare);
-    CHECK(disturbed.reversalsPerMinute <= 3);
+    // Filling alone costs more than the target; 20,000 triangles are a quarter of the frame.
+    const Outcome filled = flight(0.10, 7.0, kLargest);
+    CHECK(filled.budgets.back() == kLargest);
+    CHECK(filled.outOfReachShare > 0.95);
+    CHECK(filled.reversalsPerMinute <= 0.2);
+    CHECK(filled.p99OverMean <= 1.03 * filled.fixedP99OverMean);
+    // Where they are most of the frame, the smallest budget is worth having.
+    const Outcome tight = simulate({steadyShare, steadyCurve, 0.03}, {0.1, kSmallest, kLargest});
+    CHECK(tight.budgets.back() == kSmallest);
+    CHECK(tight.outOfReachShare == 0);
+}
+
+TEST_CASE("single slow frames and short bursts of them take little detail")
+{
+    const Outcome calm = simulate({steadyShare, steadyCurve, 0.03});
+    const Outcome spiked = simulate({steadyShare, steadyCurve, 0.03, 0.02});
+    CHECK(spiked.budgets == calm.budgets);
+    const Outcome burst = simulate({steadyShare, steadyCurve, 0.03, 0.02, 0.2});
+    CHECK(burst.affordableShare >= 0.75 * calm.affordableShare);
+    CHECK(burst.reversalsPerMinute <= 0.5);
+    CHECK(burst.turnsPerMinute <= 3);
 }
 
 TEST_CASE("no cost or share, however absurd, moves the budget out of its limits or for good")
@@ -237,26 +293,27 @@ TEST_CASE("no cost or share, however absurd, moves the budget out of its limits 
     CHECK(controller.budgetFor(0.6) == settled);
 }
 
-TEST_CASE("a time that never fits gives the smallest budget, one that always does the largest")
+TEST_CASE("a time that always fits gives the largest budget")
 {
-    const Outcome tight = simulate({steadyShare, steadyCurve, 0.03}, {0.1, kSmallest, kLargest});
-    CHECK(*std::max_element(tight.budgets.begin(), tight.budgets.end()) == kSmallest);
     const Outcome ample = simulate({steadyShare, steadyCurve, 0.03}, {1000, kSmallest, kLargest});
-    CHECK(ample.budgets.back() == kLargest);
-    CHECK(ample.reversalsPerMinute == 0);
+    CHECK(*std::min_element(ample.budgets.begin(), ample.budgets.end()) == kLargest);
     const Outcome fixed = simulate({steadyShare, steadyCurve, 0.03, 0.02}, {kTargetMs, 9'000, 9'000});
     CHECK(fixed.budgets.front() == 9'000);
     CHECK(fixed.turnsPerMinute == 0);
 }
 
-TEST_CASE("a cost curve of another shape is learned: hardly any price for triangles or for filling")
+TEST_CASE("a cost curve of another shape is learned: cheap triangles, no price of filling, triangles alone")
 {
     const Scene fast{steadyShare, [](double) { return Curve{3.0, 0.5, 0.01}; }, 0.03};
     const Outcome outcome = simulate(fast, {4.0, kSmallest, 300'000});
     CHECK(outcome.affordableShare >= 0.75);
+    CHECK(outcome.affordableShare <= 1.25);
     CHECK(outcome.p99OverMean <= 1.05);
     const Scene noFill{swingingShare, [](double) { return Curve{1.0, 0.0, 0.4}; }, 0.03};
     CHECK(simulate(noFill).p99OverMean <= 1.10);
+    const Scene steep{swingingShare, [](double) { return Curve{0.1, 0.1, 1.0}; }, 0.03};
+    CHECK(simulate(steep).p99OverMean <= 1.05);
+    CHECK(simulate(steep).affordableShare >= 0.9);
 }
 
 TEST_CASE("the same observations give the same budgets")

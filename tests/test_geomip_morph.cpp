@@ -200,7 +200,7 @@ TEST_CASE("flights on any budget are watertight at every weight and keep the bud
         Flight path(large(), flight, flight % 4 == 0 ? 3000.0 : 250.0, flight % 3 == 2);
         DrawList list;
         for (int frame = 0; frame < 70; ++frame) {
-            selector.select(path.next(), large().slotOfPage, list);
+            test::selectOver(selector, path.next(), large().slotOfPage, list);
             REQUIRE(list.stats.triangles <= budget);
             const test::Mesh mesh = test::meshOf(large(), list);
             REQUIRE(mesh.triangles == list.stats.triangles);
@@ -227,7 +227,7 @@ TEST_CASE("flights over pages that come and go are watertight and draw what is r
         slots[0] = 0;
         DrawList list;
         for (int frame = 0; frame < 90; ++frame) {
-            selector.select(path.next(), slots, list);
+            test::selectOver(selector, path.next(), slots, list);
             REQUIRE(list.stats.triangles <= 24'000);
             REQUIRE(test::badEdges(large(), list, test::meshOf(large(), list)) == 0);
             REQUIRE(torn(large(), list) == 0);
@@ -288,7 +288,7 @@ TEST_CASE("no post moves by more than its weight's step, whether tiles stay, com
         for (int frame = 0; frame < 80; ++frame) {
             Frame now;
             now.view = path.next();
-            selector.select(now.view, t.slotOfPage, list);
+            test::selectOver(selector, now.view, t.slotOfPage, list);
             now.m.resize(t.height.size());
             now.depth.assign(t.height.size(), -1);
             for (const auto& [post, drawn] : surfaceOf(t, list)) {
@@ -375,7 +375,7 @@ TEST_CASE("the bound of a tile's error holds on the way")
     double used = 0;
     for (int frame = 0; frame < 80; ++frame) {
         const ViewState view = path.next();
-        selector.select(view, t.slotOfPage, list);
+        test::selectOver(selector, view, t.slotOfPage, list);
         moving += onTheWay(list);
         std::map<const DrawItem*, double> allowedM;
         for (const DrawItem& item : list.items) {
@@ -404,12 +404,12 @@ TEST_CASE("nothing changes while the eye stands still")
         ViewState view;
         for (int frame = 0; frame < 40; ++frame) {
             view = path.next();
-            selector.select(view, large().slotOfPage, list);
+            test::selectOver(selector, view, large().slotOfPage, list);
         }
         const DrawList stopped = list;
         moving += onTheWay(stopped);
         for (int frame = 0; frame < 20; ++frame) {
-            selector.select(view, large().slotOfPage, list);
+            test::selectOver(selector, view, large().slotOfPage, list);
             REQUIRE(sameItems(list, stopped));
             REQUIRE(list.stats.tilesJumped == 0);
         }
@@ -423,14 +423,14 @@ TEST_CASE("after a jump all tiles are at rest, whatever came before")
     Flight path(large(), 60, 250.0);
     DrawList list;
     for (int frame = 0; frame < 60; ++frame) {
-        flown.select(path.next(), large().slotOfPage, list);
+        test::selectOver(flown, path.next(), large().slotOfPage, list);
     }
     const ViewState elsewhere = test::look(test::at(large().shape, 200, 900, 900), {0.3, -0.3, 0});
-    flown.select(elsewhere, large().slotOfPage, list);
+    test::selectOver(flown, elsewhere, large().slotOfPage, list);
     CHECK(onTheWay(list) == 0);
     GeomipSelector fresh(large().shape, large().pages, {24'000, 1.0F, true});
     DrawList other;
-    fresh.select(elsewhere, large().slotOfPage, other);
+    test::selectOver(fresh, elsewhere, large().slotOfPage, other);
     CHECK(sameItems(list, other));
 }
 
@@ -439,17 +439,17 @@ TEST_CASE("after a jump a standing eye gets what it needs as its pages come")
     GeomipSelector selector(large().shape, large().pages, {24'000, 1.0F, true});
     const ViewState view = test::look(test::at(large().shape, 700, 600, 900), {0.3, -0.2, 0});
     DrawList complete;
-    selector.select(view, large().slotOfPage, complete);
+    test::selectOver(selector, view, large().slotOfPage, complete);
     GeomipSelector loading(large().shape, large().pages, {24'000, 1.0F, true});
     std::vector<int32_t> slots(large().pages.size(), -1);
     DrawList list;
-    loading.select(view, slots, list);
+    test::selectOver(loading, view, slots, list);
     int frames = 0;
     while (!list.wantedPages.empty()) {
         for (const uint32_t page : list.wantedPages) {
             slots[page] = 1;
         }
-        loading.select(view, slots, list);
+        test::selectOver(loading, view, slots, list);
         REQUIRE(++frames < 100);
     }
     CHECK(sameItems(list, complete));
@@ -469,7 +469,7 @@ TEST_CASE("what a standing eye turns to gets finer as its pages come, and stays 
             for (const uint32_t page : list.wantedPages) {
                 slots[page] = 1;
             }
-            selector.select(view, slots, list);
+            test::selectOver(selector, view, slots, list);
             REQUIRE(test::badEdges(large(), list, test::meshOf(large(), list)) == 0);
             REQUIRE(torn(large(), list) == 0);
             REQUIRE(++frames < 100);
@@ -480,11 +480,11 @@ TEST_CASE("what a standing eye turns to gets finer as its pages come, and stays 
     CHECK(load(turned(kPi)) > 2);
     GeomipSelector fresh(large().shape, large().pages, {24'000, 1.0F, true});
     DrawList aimed;
-    fresh.select(turned(kPi), large().slotOfPage, aimed);
+    test::selectOver(fresh, turned(kPi), large().slotOfPage, aimed);
     CHECK(list.stats.errorPx <= 1.5F * aimed.stats.errorPx);
     // Nothing is missing any more: it stays as it is.
     const DrawList before = list;
-    selector.select(turned(kPi), slots, list);
+    test::selectOver(selector, turned(kPi), slots, list);
     CHECK(sameItems(list, before));
 }
 
@@ -496,15 +496,15 @@ TEST_CASE("an eye that moves to and fro arrives at what is aimed at")
         return test::look(test::at(large().shape, 700, row, 900), {0.0, -0.2, 0});
     };
     for (double row = 700; row > 600; row -= 0.1) {
-        selector.select(viewAt(row), large().slotOfPage, list);
+        test::selectOver(selector, viewAt(row), large().slotOfPage, list);
     }
     CHECK(onTheWay(list) > 0);
     for (int frame = 0; frame < 5'000; ++frame) {
-        selector.select(viewAt(frame % 2 == 0 ? 600.0 : 600.02), large().slotOfPage, list);
+        test::selectOver(selector, viewAt(frame % 2 == 0 ? 600.0 : 600.02), large().slotOfPage, list);
     }
     GeomipSelector fresh(large().shape, large().pages, {24'000, 1.0F, true});
     DrawList aimed;
-    fresh.select(viewAt(600.02), large().slotOfPage, aimed);
+    test::selectOver(fresh, viewAt(600.02), large().slotOfPage, aimed);
     CHECK(aimed.items.size() > 30);
     CHECK(sameItems(list, aimed));
 }
@@ -518,8 +518,8 @@ TEST_CASE("the same flight gives the same tiles and weights")
     DrawList listA;
     DrawList listB;
     for (int frame = 0; frame < 100; ++frame) {
-        a.select(pathA.next(), large().slotOfPage, listA);
-        b.select(pathB.next(), large().slotOfPage, listB);
+        test::selectOver(a, pathA.next(), large().slotOfPage, listA);
+        test::selectOver(b, pathB.next(), large().slotOfPage, listB);
         REQUIRE(sameItems(listA, listB));
     }
 }
@@ -529,12 +529,12 @@ TEST_CASE("a flight with morph allocates nothing once it is under way")
     GeomipSelector selector(large().shape, large().pages, {24'000, 1.0F, true});
     Flight path(large(), 80, 250.0);
     DrawList list;
-    selector.select(path.next(), large().slotOfPage, list);
+    test::selectOver(selector, path.next(), large().slotOfPage, list);
     size_t allocated = 0;
     for (int frame = 0; frame < 200; ++frame) {
         const ViewState view = path.next();
         const size_t before = test::allocations();
-        selector.select(view, large().slotOfPage, list);
+        test::selectOver(selector, view, large().slotOfPage, list);
         allocated += test::allocations() - before;
     }
     CHECK(allocated == 0);
@@ -551,7 +551,7 @@ TEST_CASE("hostile eyes give whole meshes within the budget, with morph too")
             ViewState view = test::look({0.9, -0.1, 0}, {0, -1, 0});
             view.eye = {eye};
             view.frustum = {-fov, fov, -fov, fov, 0.01};
-            selector.select(view, terrain.slotOfPage, list);
+            test::selectOver(selector, view, terrain.slotOfPage, list);
             CHECK(list.stats.triangles <= 10'000);
             CHECK(std::isfinite(list.stats.errorPx));
             CHECK(test::badEdges(terrain, list, test::meshOf(terrain, list)) == 0);

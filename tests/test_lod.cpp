@@ -93,7 +93,7 @@ TEST_CASE("the whole grid in view is covered exactly once, whatever the budget")
         for (const uint32_t budget : {512U, 5'000U, 24'000U, 200'000U}) {
             GeomipSelector selector(terrain.shape, terrain.pages, {budget, 0.5F});
             DrawList list;
-            selector.select(overview(terrain), terrain.slotOfPage, list);
+            test::selectOver(selector, overview(terrain), terrain.slotOfPage, list);
             double covered = 0;
             for (const DrawItem& item : list.items) {
                 const TileKey key = test::keyOf(terrain, item);
@@ -118,7 +118,7 @@ TEST_CASE("from any eye with any budget the mesh is watertight and the budget ke
         GeomipSelector selector(terrain.shape, terrain.pages, {budget, 1.0F});
         DrawList list;
         for (int k = 0; k < 3; ++k) {
-            selector.select(randomView(terrain, random), terrain.slotOfPage, list);
+            test::selectOver(selector, randomView(terrain, random), terrain.slotOfPage, list);
             CHECK(list.stats.triangles <= budget);
             checkWatertight(terrain, list);
             drawn += list.stats.triangles;
@@ -137,7 +137,7 @@ TEST_CASE("nothing that a view shows is culled")
     int shown = 0;
     for (int i = 0; i < 200; ++i) {
         ViewState view = randomView(terrain, random);
-        selector.select(view, terrain.slotOfPage, list);
+        test::selectOver(selector, view, terrain.slotOfPage, list);
         std::set<std::array<uint32_t, 3>> drawn;
         for (const DrawItem& item : list.items) {
             const TileKey key = test::keyOf(terrain, item);
@@ -212,7 +212,7 @@ TEST_CASE("flat ground is one tile of the coarsest level")
     test::Terrain terrain = test::makeTerrain(1025, 1025, 0.0F, 3);
     GeomipSelector selector(terrain.shape, terrain.pages, {24'000, 1.0F});
     DrawList list;
-    selector.select(overview(terrain), terrain.slotOfPage, list);
+    test::selectOver(selector, overview(terrain), terrain.slotOfPage, list);
     REQUIRE(list.items.size() == 1);
     CHECK(list.stats.triangles == kTileTriangles);
     CHECK(list.stats.errorPx == 0);
@@ -226,7 +226,7 @@ TEST_CASE("a larger budget draws a smaller error, until the tolerance is met")
     for (const uint32_t budget : {2'048U, 8'192U, 32'768U, 131'072U, 1'000'000U}) {
         GeomipSelector selector(terrain.shape, terrain.pages, {budget, 4.0F});
         DrawList list;
-        selector.select(view, terrain.slotOfPage, list);
+        test::selectOver(selector, view, terrain.slotOfPage, list);
         CHECK((list.stats.errorPx < last || list.stats.errorPx <= 4.0F));
         CHECK(list.stats.errorPx <= list.stats.tauPx);
         last = list.stats.errorPx;
@@ -245,8 +245,8 @@ TEST_CASE("a budget set for one selection gives what a selector made for that bu
         GeomipSelector made(terrain.shape, terrain.pages, {budget, 1.0F});
         DrawList a;
         DrawList b;
-        moving.select(view, terrain.slotOfPage, a);
-        made.select(view, terrain.slotOfPage, b);
+        test::selectOver(moving, view, terrain.slotOfPage, a);
+        test::selectOver(made, view, terrain.slotOfPage, b);
         CHECK(a.stats.triangles <= budget);
         CHECK(a.stats.triangles == b.stats.triangles);
         CHECK(a.stats.tauPx == b.stats.tauPx);
@@ -263,8 +263,8 @@ TEST_CASE("the budget is used: less than the price of one split stays unspent wh
     const test::Terrain terrain = test::makeTerrain(3000, 2100, 0.5F, 5);
     GeomipSelector selector(terrain.shape, terrain.pages, {24'000, 1.0F});
     DrawList list;
-    selector.select(test::look(test::at(terrain.shape, 1500, 1000, 1500), {1.0, -0.2, 0}), terrain.slotOfPage,
-                    list);
+    test::selectOver(selector, test::look(test::at(terrain.shape, 1500, 1000, 1500), {1.0, -0.2, 0}),
+                     terrain.slotOfPage, list);
     CHECK(list.items.size() >= 24'000 / kTileTriangles - 3);
 }
 
@@ -274,13 +274,13 @@ TEST_CASE("missing pages are drawn by their ancestor, wanted in order, and never
     GeomipSelector selector(terrain.shape, terrain.pages, {24'000, 1.0F});
     const ViewState view = test::look(test::at(terrain.shape, 500, 600, 800), {0.3, -0.15, 0});
     DrawList complete;
-    selector.select(view, terrain.slotOfPage, complete);
+    test::selectOver(selector, view, terrain.slotOfPage, complete);
     CHECK(complete.wantedPages.empty());
     CHECK(complete.stats.tilesMissing == 0);
 
     std::vector<int32_t> slots(terrain.pages.size(), -1);
     DrawList list;
-    selector.select(view, slots, list);
+    test::selectOver(selector, view, slots, list);
     CHECK(list.items.empty());
     REQUIRE(list.wantedPages == std::vector<uint32_t>{0});
     int frames = 0;
@@ -288,7 +288,7 @@ TEST_CASE("missing pages are drawn by their ancestor, wanted in order, and never
         for (size_t i = 0; i < std::min<size_t>(4, list.wantedPages.size()); ++i) {
             slots[list.wantedPages[i]] = 1;
         }
-        selector.select(view, slots, list);
+        test::selectOver(selector, view, slots, list);
         CHECK(list.stats.triangles <= 24'000);
         checkWatertight(terrain, list);
         for (const DrawItem& item : list.items) {
@@ -316,7 +316,7 @@ TEST_CASE("every eye gives finite numbers and keeps the budget")
             ViewState view = test::look({0.9, -0.1, 0}, {0, -1, 0});
             view.eye = {eye};
             view.frustum = {-fov, fov, -fov, fov, 0.01};
-            selector.select(view, terrain.slotOfPage, list);
+            test::selectOver(selector, view, terrain.slotOfPage, list);
             CHECK(list.stats.triangles <= 10'000);
             CHECK(std::isfinite(list.stats.errorPx));
             CHECK(std::isfinite(list.stats.tauPx));
@@ -334,10 +334,11 @@ TEST_CASE("the same view gives the same list, item for item")
     DrawList a;
     DrawList b;
     for (int i = 0; i < 20; ++i) {
-        first.select(randomView(terrain, random), terrain.slotOfPage, a); // history must not matter
+        test::selectOver(first, randomView(terrain, random), terrain.slotOfPage,
+                         a); // history must not matter
         const ViewState view = randomView(terrain, random);
-        first.select(view, terrain.slotOfPage, a);
-        second.select(view, terrain.slotOfPage, b);
+        test::selectOver(first, view, terrain.slotOfPage, a);
+        test::selectOver(second, view, terrain.slotOfPage, b);
         REQUIRE(a.items.size() == b.items.size());
         for (size_t k = 0; k < a.items.size(); ++k) {
             CHECK(a.items[k].page == b.items[k].page);

@@ -28,6 +28,7 @@ public:
     uint32_t budgetFor(const ViewState& view) noexcept;
     // The picture of that view; while the frame is still on the clock.
     void look(const ViewState& view, std::span<const std::byte> rgba) noexcept;
+    bool outOfReach() const noexcept { return _controller.outOfReach(); }
     // What the frame came to: frameNs and lod.triangles.
     void observe(const FrameStats& frame) noexcept;
 

@@ -222,9 +222,27 @@ FrameStats ImageGenerator::frame(int64_t startNs, uint64_t missedFrames)
     stats.frameNs = steadyNs() - startNs;
     if (_timeControl) {
         _timeControl->observe(stats);
+        tellReach();
     }
     _statistics.add(stats);
     return stats;
+}
+
+// At most every few seconds: the control takes as long to be sure.
+void ImageGenerator::tellReach()
+{
+    if (_timeControl->outOfReach() == _toldOutOfReach) {
+        return;
+    }
+    _toldOutOfReach = !_toldOutOfReach;
+    if (_toldOutOfReach) {
+        _log.write(LogLevel::warning,
+                   logLine("frame_time_out_of_reach",
+                           {{"reason", "filling the picture alone takes longer; the budget is the largest"},
+                            {"remedy", "set a larger terrain.frame_time_ms or a smaller picture"}}));
+    } else {
+        _log.write(LogLevel::info, logLine("frame_time_within_reach", {}));
+    }
 }
 
 void ImageGenerator::handOut(out::Receipt& receipt)

@@ -65,6 +65,7 @@ private:
     void warmUp(); // a picture for nobody: drivers compile at the first draw
     ViewState currentView(double displayS);
     void handOut(out::Receipt& receipt);
+    void tellReach();
 
     config::Settings _settings;
     LogSink& _log;
@@ -74,6 +75,7 @@ private:
     TerrainResidency _terrain;
     TerrainView _terrainView;
     std::optional<FrameTimeControl> _timeControl; // absent: fixed budget
+    bool _toldOutOfReach = false;                 // that the control cannot hold its time
     std::unique_ptr<data::HeightQuery> _ground;   // over the dataset of _terrain
     scene::World _world;
     ViewState _view; // the last one drawn; at first above the middle of the terrain

@@ -3,6 +3,7 @@
 
 #include "ig/data/page_frame.h"
 #include "ig/data/tint.h"
+#include "ig/lod/bisection.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -33,38 +34,14 @@ void placeVertices(const DatasetInfo& dataset, const PageHeights& heights, const
 }
 
 // Column and row of the padded full grid.
-using Post = std::array<int64_t, 2>;
-
-// The ends of the edge that a vertex splits, then its apexes, one of which may lie outside the grid. Not for
-// corners of the grid. See ig/lod/vertex_error.h.
-std::array<Post, 4> splitOf(Post v)
-{
-    const auto [col, row] = v;
-    const int64_t s = (col | row) & -(col | row);
-    const bool oddCol = (col & s) != 0;
-    const bool oddRow = (row & s) != 0;
-    if (oddCol && oddRow) {
-        // A coordinate next to v that is an odd multiple of 2 s.
-        const auto oddBeside = [s](int64_t x) { return ((x - s) & (2 * s)) != 0 ? x - s : x + s; };
-        const Post end{oddBeside(col), oddBeside(row)};
-        const Post other{2 * col - end[0], 2 * row - end[1]};
-        return {end, other, Post{end[0], other[1]}, Post{other[0], end[1]}};
-    }
-    const Post west{col - s, row}, east{col + s, row}, north{col, row - s}, south{col, row + s};
-    return oddCol ? std::array<Post, 4>{west, east, north, south}
-                  : std::array<Post, 4>{north, south, west, east};
-}
+using Post = lod::GridPost<int64_t>;
 
 // Whether the vertex never moves.
 bool isFixed(const lod::TerrainShape& shape, Post v, const std::array<Post, 4>& split)
 {
     const int64_t last = int64_t{lod::kPageIntervals} << shape.deepestPage;
-    const auto isPadding = [&](const Post& p) {
-        const bool exists = p[0] >= 0 && p[1] >= 0 && p[0] <= last && p[1] <= last;
-        return exists && (p[0] >= int64_t{shape.cols} || p[1] >= int64_t{shape.rows});
-    };
     const bool gridCorner = v[0] % last == 0 && v[1] % last == 0;
-    return gridCorner || std::any_of(split.begin(), split.end(), isPadding);
+    return gridCorner || lod::touchesPadding<int64_t>(split, last, shape.cols, shape.rows);
 }
 
 uint32_t packed(const glm::vec3& colour)
@@ -175,7 +152,7 @@ void addMorph(const DatasetInfo& dataset, const lod::PageNode& page, const PageH
             VertexMorph& out = mesh.morph[at];
             out = {};
             const Post v{first[0] + i * step, first[1] + j * step};
-            const std::array<Post, 4> split = splitOf(v);
+            const std::array<Post, 4> split = lod::splitOf(v);
             if (isFixed(shape, v, split))
                 continue;
             const bool pageCorner = i % lod::kPageIntervals == 0 && j % lod::kPageIntervals == 0;

@@ -73,7 +73,7 @@ void GeomipSelector::setTriangleBudget(uint32_t triangles)
     _morph.setTiles(tiles, _aimedTiles);
 }
 
-void GeomipSelector::select(const ViewState& view, std::span<const int32_t> slotOfPage, DrawList& out)
+void GeomipSelector::select(const ViewState& view, DrawList& out)
 {
     out.items.reserve(_order.capacity());
     out.usedPages.reserve((_settings.morph ? 2 : 1) * nodeCapacity(_settings));
@@ -86,17 +86,17 @@ void GeomipSelector::select(const ViewState& view, std::span<const int32_t> slot
     out.aheadPages.clear();
     out.stats = {};
     out.stats.tauPx = _settings.tolerancePx;
-    if (slotOfPage[0] < 0) {
+    if (_slotOfPage[0] < 0) {
         out.wantedPages.push_back(0);
         return;
     }
     const TileTree::Look look{view, Visibility(view, _shape.ellipsoid, _pages[0].minHeightM),
                               pixelsPerRadian(view)};
-    aim(look, slotOfPage, out);
+    aim(look, out);
     listUsedPages(_aim, out);
     if (_settings.morph) {
-        const TileTree& drawn = _morph.follow(_aim, look, slotOfPage, out.stats);
-        wantBesideView(slotOfPage, out);
+        const TileTree& drawn = _morph.follow(_aim, look, _slotOfPage, out.stats);
+        wantBesideView(out);
         listUsedPages(drawn, out);
         emit(drawn, look, out);
     } else {
@@ -105,7 +105,7 @@ void GeomipSelector::select(const ViewState& view, std::span<const int32_t> slot
 }
 
 // The tiles that suit this view, whatever was drawn before.
-void GeomipSelector::aim(const TileTree::Look& look, std::span<const int32_t> slotOfPage, DrawList& out)
+void GeomipSelector::aim(const TileTree::Look& look, DrawList& out)
 {
     _heap.clear();
     _aim.clear();
@@ -121,7 +121,7 @@ void GeomipSelector::aim(const TileTree::Look& look, std::span<const int32_t> sl
             continue;
         }
         _toSplit.clear();
-        if (!collectSplits(top.node, slotOfPage, out)) {
+        if (!collectSplits(top.node, out)) {
             ++out.stats.tilesMissing;
             _aim[top.node].starved = true;
         } else if (!splitCollected(look)) {
@@ -141,12 +141,12 @@ void GeomipSelector::pushCandidate(int32_t index)
     }
 }
 
-bool GeomipSelector::childPagesResident(int32_t index, std::span<const int32_t> slotOfPage, DrawList& out)
+bool GeomipSelector::childPagesResident(int32_t index, DrawList& out)
 {
     bool resident = true;
     for (int child = 0; child < 4; ++child) {
         const int32_t page = _aim.childPage(_aim[index], child);
-        if (page == kNoPage || slotOfPage[static_cast<size_t>(page)] >= 0) {
+        if (page == kNoPage || _slotOfPage[static_cast<size_t>(page)] >= 0) {
             continue;
         }
         resident = false;
@@ -157,7 +157,7 @@ bool GeomipSelector::childPagesResident(int32_t index, std::span<const int32_t> 
 
 // What comes into view beside a fine tile has to be fine at once, so its pages are wanted before it does.
 // They are wanted after all that is in view, and may be evicted as if unused.
-void GeomipSelector::wantBesideView(std::span<const int32_t> slotOfPage, DrawList& out)
+void GeomipSelector::wantBesideView(DrawList& out)
 {
     for (int32_t i = 0; i < static_cast<int32_t>(_aim.size()); ++i) {
         if (!_aim[i].visible || _aim[i].firstChild < 0) {
@@ -175,7 +175,7 @@ void GeomipSelector::wantBesideView(std::span<const int32_t> slotOfPage, DrawLis
                 const PageNode& node = _pages[static_cast<size_t>(page)];
                 bool resident = true;
                 for (const int32_t child : node.child) {
-                    if (child != kNoPage && slotOfPage[static_cast<size_t>(child)] < 0) {
+                    if (child != kNoPage && _slotOfPage[static_cast<size_t>(child)] < 0) {
                         resident = false;
                         want(child, out);
                     }
@@ -192,16 +192,16 @@ void GeomipSelector::wantBesideView(std::span<const int32_t> slotOfPage, DrawLis
 
 // Lists the node after the coarser visible neighbours that have to be split before it, so that depths differ
 // by one at most. False when a page that this takes is not resident; all such pages are then wanted.
-bool GeomipSelector::collectSplits(int32_t index, std::span<const int32_t> slotOfPage, DrawList& out)
+bool GeomipSelector::collectSplits(int32_t index, DrawList& out)
 {
     if (std::find(_toSplit.begin(), _toSplit.end(), index) != _toSplit.end()) {
         return true;
     }
-    bool resident = childPagesResident(index, slotOfPage, out);
+    bool resident = childPagesResident(index, out);
     for (int side = 0; side < 4; ++side) {
         const int32_t other = _aim.neighbour(index, side);
         if (other >= 0 && _aim[other].visible && _aim[other].key.depth < _aim[index].key.depth) {
-            resident = collectSplits(other, slotOfPage, out) && resident;
+            resident = collectSplits(other, out) && resident;
         }
     }
     _toSplit.push_back(index);

@@ -38,16 +38,13 @@ public:
 
     void addPage(uint32_t page, uint32_t slot, const PageData& data) override;
     void removePage(uint32_t page, uint32_t slot) override;
-    void select(const ViewState& view, DrawList& out) override { select(view, _slotOfPage, out); }
+    // With morph the draw list depends on the views of the calls before; without, on nothing but this view
+    // and the residency.
+    void select(const ViewState& view, DrawList& out) override;
     // The budget of the selections that follow: kSmallestBudget to settings.triangleBudget, or the nearer of
     // both.
     void setTriangleBudget(uint32_t triangles) override;
     uint32_t triangleBudget() const override { return _budget; }
-
-    // Fills out for this view. slotOfPage[page] >= 0 says that a page is resident; when the root is not,
-    // nothing is drawn and the root is wanted. No allocation after the first call. With morph the draw list
-    // depends on the views of the calls before; without, on nothing but this view and the residency.
-    void select(const ViewState& view, std::span<const int32_t> slotOfPage, DrawList& out);
 
 private:
     struct Candidate {
@@ -59,12 +56,12 @@ private:
         }
     };
 
-    void aim(const TileTree::Look& look, std::span<const int32_t> slotOfPage, DrawList& out);
+    void aim(const TileTree::Look& look, DrawList& out);
     void pushCandidate(int32_t node);
     bool splitCollected(const TileTree::Look& look);
-    bool collectSplits(int32_t node, std::span<const int32_t> slotOfPage, DrawList& out);
-    bool childPagesResident(int32_t node, std::span<const int32_t> slotOfPage, DrawList& out);
-    void wantBesideView(std::span<const int32_t> slotOfPage, DrawList& out);
+    bool collectSplits(int32_t node, DrawList& out);
+    bool childPagesResident(int32_t node, DrawList& out);
+    void wantBesideView(DrawList& out);
     void listUsedPages(const TileTree& tree, DrawList& out) const;
     float itemErrorPx(const TileTree& tree, int32_t node, const DrawItem& item,
                       const TileTree::Look& look) const noexcept;

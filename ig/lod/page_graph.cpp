@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "ig/lod/page_graph.h"
 
+#include "ig/lod/bisection.h"
 #include "ig/lod/vertex_error.h"
 
 #include <glm/geometric.hpp>
@@ -235,20 +236,15 @@ VertexId PageGraph::centreAcross(int32_t number, int col, int row) const noexcep
               row - kPageIntervals * kStepY[static_cast<size_t>(side)]);
 }
 
+// The rule holds within a page as on the full grid: pages begin at multiples of what it looks at.
 std::array<VertexId, 2> PageGraph::parents(const Place& v) const noexcept
 {
-    const int s = v.spacing;
+    const auto split = splitOf(GridPost<int>{v.col, v.row});
+    const auto& [a, b] = std::array{split[2], split[3]};
     if (v.isCentre()) {
-        // The diagonal runs from the corner with two odd multiples of 2 s; the apexes have one.
-        const bool west = ((v.col - s) / (2 * s) & 1) != 0;
-        const bool north = ((v.row - s) / (2 * s) & 1) != 0;
-        const int along = west == north ? s : -s;
-        return {vertexAt(v.slot, v.col - s, v.row + along), vertexAt(v.slot, v.col + s, v.row - along)};
+        return {vertexAt(v.slot, a[0], a[1]), vertexAt(v.slot, b[0], b[1])};
     }
-    if ((v.col / s & 1) != 0) {
-        return {centreAcross(v.slot, v.col, v.row - s), centreAcross(v.slot, v.col, v.row + s)};
-    }
-    return {centreAcross(v.slot, v.col - s, v.row), centreAcross(v.slot, v.col + s, v.row)};
+    return {centreAcross(v.slot, a[0], a[1]), centreAcross(v.slot, b[0], b[1])};
 }
 
 size_t PageGraph::children(const Place& v, std::array<VertexId, 4>& out) const noexcept

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -85,6 +86,17 @@ public:
         const auto& below = _slots[static_cast<size_t>(slot)].below;
         return std::any_of(below.begin(), below.end(), [](const Below& b) { return b.page != kNoPage; });
     }
+    // What a visit of the page will read, and its box: to be on its way from memory in time.
+    void prefetchHead(int32_t slot) const noexcept
+    {
+        const Slot& s = _slots[static_cast<size_t>(slot)];
+        prefetch(&s, reinterpret_cast<const std::byte*>(&s.box) - reinterpret_cast<const std::byte*>(&s));
+    }
+    void prefetchBox(int32_t slot) const noexcept
+    {
+        const Slot& s = _slots[static_cast<size_t>(slot)];
+        prefetch(&s.box, sizeof s.box);
+    }
     uint32_t slots() const noexcept { return static_cast<uint32_t>(_slots.size()); }
     // Another number whenever a page has been opened or closed: which vertices exist may have changed.
     uint64_t changes() const noexcept { return _changes; }
@@ -113,6 +125,13 @@ public:
     size_t children(const Place& v, std::array<VertexId, 4>& out) const noexcept;
 
 private:
+    static void prefetch(const void* from, std::ptrdiff_t bytes) noexcept
+    {
+        constexpr std::ptrdiff_t kLine = 64;
+        for (std::ptrdiff_t at = 0; at < bytes; at += kLine) {
+            __builtin_prefetch(static_cast<const std::byte*>(from) + at);
+        }
+    }
     TileBox boxOf(const PageNode& node) const noexcept;
     static void findLargest(Slot& slot, const PageData& data) noexcept;
     VertexId centreAcross(int32_t slot, int col, int row) const noexcept;

@@ -342,6 +342,11 @@ uint32_t PageLists::gather(int32_t slot, const glm::dvec3& eye, std::span<const 
     }
     _visible.clear();
     for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
+        if (first != kNone) {
+            __builtin_prefetch(&_clusters[first]);
+        }
+    }
+    for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
         for (uint32_t at = first; at != kNone;) {
             const Cluster& cluster = _clusters[at];
             bool visible = true;
@@ -410,8 +415,9 @@ double PageLists::trianglePx(int32_t slot, const std::array<uint16_t, 3>& posts,
     // than their parents here.
     double offM = 0;
     bool far = true;
-    if (((col2 | row2) & 1) == 0) {
-        const VertexId split = vertexOf(row2 / 2 * kPagePosts + col2 / 2);
+    const bool hasSplit = ((col2 | row2) & 1) == 0;
+    const VertexId split = vertexOf(row2 / 2 * kPagePosts + col2 / 2);
+    if (hasSplit) {
         offM = _codeM[_tree.errorCode(split)];
         far = glm::length(_tree.position(split) - cut.eye) >=
               cut.reach * offM + _codeM[_tree.radiusCode(split)];
@@ -425,6 +431,15 @@ double PageLists::trianglePx(int32_t slot, const std::array<uint16_t, 3>& posts,
     const double errorM = moving ? cut.cutM : far ? 0.0 : offM;
     if (errorM <= 0.0) {
         return 0.0;
+    }
+    // The balls of both hold the triangle's posts.
+    const VertexId holder = moving || !hasSplit ? vertexOf(posts[0]) : split;
+    const glm::dvec3 ray = _tree.position(holder) - cut.eye;
+    const double ballM = _codeM[_tree.radiusCode(holder)];
+    for (const glm::dvec4& plane : cut.planes) {
+        if (glm::dot(glm::dvec3(plane), ray) + plane.w < -ballM) {
+            return 0.0;
+        }
     }
     const double distanceM =
         distanceToTriangleM(cut.eye, _tree.position(vertexOf(posts[0])), _tree.position(vertexOf(posts[1])),

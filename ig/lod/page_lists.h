@@ -35,6 +35,7 @@ public:
         double reach = 0; // kappa
         double cutM = 0;
         double nearM = 0;
+        std::span<const glm::dvec4> planes; // of the frustum
     };
     double boundPx(int32_t slot, const Cut& cut, double px) const;
 

@@ -253,6 +253,7 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
     const PageGraph::Slot& slot = _graph[parent.slot];
     const double nearM = view.frustum.nearM;
     const double texelledM = _alpha * slot.texelM / _settings.texelPx; // nearer, finer texels are needed
+    std::array<bool, 4> looked{};
     for (size_t q = 0; q < 4; ++q) {
         const PageGraph::Below& below = slot.below[q];
         if (below.page == kNoPage) {
@@ -271,13 +272,21 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
             soonM * (1.0 + 1e-9) < std::max(nearestM, nearM)) {
             continue;
         }
-        if (!visibility.meets(below.centre, ballM, parent.planes)) {
+        looked[q] = visibility.meets(below.centre, ballM, parent.planes);
+        if (looked[q] && resident) {
+            _graph.prefetchBox(slot.child[q]);
+        }
+    }
+    for (size_t q = 0; q < 4; ++q) {
+        if (!looked[q]) {
             continue;
         }
-        if (!resident) {
+        if (slot.child[q] < 0) {
             visitMissing(parent, q, view, reach, visibility, stats);
             continue;
         }
+        const PageGraph::Below& below = slot.below[q];
+        const double reachM = reach * below.largestErrorM + below.largestRadiusM;
         const PageGraph::Slot& child = _graph[slot.child[q]];
         Visit visit{slot.child[q], below.page, parentIndex, parent.planes,
                     false,         false,      false,       distanceM(child.box, view.eye)};
@@ -290,6 +299,7 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
         ++stats.tilesVisited;
         if (visibility.sees(child.box, visit.planes)) {
             _visits.push_back(visit);
+            _graph.prefetchHead(visit.slot);
         }
     }
 }
@@ -428,7 +438,7 @@ void TreeSelector::finish(const ViewState& view, DrawList& out)
 // The bound with what the cut leaves out: see the header.
 double TreeSelector::cutPx(const ViewState& view, double px) const
 {
-    const PageLists::Cut cut{view.eye.m, _alpha, _reach, _cutM, view.frustum.nearM};
+    const PageLists::Cut cut{view.eye.m, _alpha, _reach, _cutM, view.frustum.nearM, _planes};
     for (const int32_t i : _order) { // drawn, nearest first
         const Visit& visit = _visits[static_cast<size_t>(i)];
         if (cut.alpha * cut.cutM <= px * (visit.distanceM - cut.cutM)) {

@@ -23,9 +23,9 @@
 // Speed. cut = max(near, kMorphFrames V / b) / kappa for V metres a frame: what the eye would pass before it
 // has been morphed in over that many frames is held back. A triangle that is drawn because the vertex that
 // would split it is held back is off by at most that vertex's delta <= cut; one whose apex is on its way
-// because of the cut alone, by at most delta (1 - w b) = cut. So beyond cut / tau of the eye, in pixels
-// alpha cut / tau metres, all is within tau; nearer than that, the bound is taken from such triangles one by
-// one: the error over the distance of the eye to the triangle, less what its posts may be off.
+// because of the cut alone, by at most delta (1 - w b) = cut. So beyond kappa cut metres all is within tau
+// in spite of it. For what is nearer, the bound is taken from such triangles one by one: the error over the
+// distance from the eye to the triangle, less what its posts may be off it.
 //
 // Budget. tau follows the triangles in view: it moves slowly while the eye moves, stands still with it, and
 // is made larger at once, in the same frame, when the view would need more than the budget. After a jump it

@@ -2,6 +2,10 @@
 // eyepoint-bench: what frames cost, as ratios measured in one run (the machine's speed cancels out).
 //   static    frames through the draw list against the same triangles from one static index buffer with the
 //             same shaders, frame by frame in turn
+//   soar      whole frames, selection included, at the tolerance at which plain SOAR (per vertex, everything
+//             evaluated in each frame) draws about 26,000 triangles, against SOAR's own triangles from an
+//             index buffer with the same shaders: neither its selection nor the upload of its indices is
+//             counted
 //   size      frames over a large terrain against a small one, frame by frame in turn
 //   pace      a paced flight: p99 / mean of the frame time, missed frames, share of the selection; with a
 //             fixed budget and with the budget that holds --frame-time
@@ -135,6 +139,14 @@ gl::RendererSettings rendererSettings(const Options& options)
     return settings;
 }
 
+data::ShadingSettings shading()
+{
+    data::ShadingSettings settings;
+    settings.sunElevationRad = 35 * kRadPerDeg;
+    settings.sunAzimuthRad = 315 * kRadPerDeg;
+    return settings;
+}
+
 Result<std::unique_ptr<Runner>> makeRunner(const std::string& path, const Options& options,
                                            const gl::Context& context, LogSink& log)
 {
@@ -156,8 +168,7 @@ Result<std::unique_ptr<Runner>> makeRunner(const std::string& path, const Option
     app::TerrainSettings settings;
     settings.selection.method = *lod::methodOf(options.method);
     settings.selection.triangleBudget = options.budget;
-    settings.shading.sunElevationRad = 35 * kRadPerDeg;
-    settings.shading.sunAzimuthRad = 315 * kRadPerDeg;
+    settings.shading = shading();
     runner->terrain =
         std::make_unique<app::TerrainResidency>(std::move(*dataset), settings, *runner->renderer, log);
     runner->terrainView =
@@ -172,67 +183,166 @@ Result<std::unique_ptr<Runner>> makeRunner(const std::string& path, const Option
     return runner;
 }
 
+// The pages of a static mesh, brought up to those of a runner.
+class StaticPages {
+public:
+    StaticPages(const Runner& runner, bench::StaticMesh& mesh)
+        : _runner(runner), _mesh(mesh), _reader(*runner.ground),
+          _uploaded(gl::RendererSettings{}.pageSlots, -1)
+    {
+    }
+
+    void follow(std::span<const uint32_t> pages)
+    {
+        for (const uint32_t page : pages) {
+            const int32_t slot = _runner.terrain->slotOfPage()[page];
+            if (_uploaded[static_cast<size_t>(slot)] == static_cast<int32_t>(page)) {
+                continue;
+            }
+            if (const auto heights = _reader.read(page)) {
+                const lod::PageNode& node = _runner.ground->pages()[page];
+                data::buildPageMesh(_runner.ground->info(), node, **heights, shading(), _scratch);
+                data::addMorph(_runner.ground->info(), node, **heights, _scratch);
+                _mesh.upload(static_cast<uint32_t>(slot), _scratch);
+                _uploaded[static_cast<size_t>(slot)] = static_cast<int32_t>(page);
+            }
+        }
+    }
+
+private:
+    const Runner& _runner;
+    bench::StaticMesh& _mesh;
+    data::PageReader _reader;
+    data::PageMesh _scratch;
+    std::vector<int32_t> _uploaded; // by slot: page
+};
+
+// What drawing and reading back a picture takes.
+struct Timed {
+    double wallMs = 0, cpuMs = 0;
+};
+
+template <class F>
+Timed timed(F&& draw)
+{
+    const double cpuStart = cpuMs();
+    const int64_t start = app::steadyNs();
+    draw();
+    return {static_cast<double>(app::steadyNs() - start) * 1e-6, cpuMs() - cpuStart};
+}
+
+constexpr int kWarmUpFrames = 10; // the driver compiles
+
 Json measureStatic(Runner& runner, const Options& options, const gl::Context& context)
 {
     auto mesh = bench::StaticMesh::create(context, rendererSettings(options));
     if (!mesh) {
         return {{"error", mesh.error().message}};
     }
+    StaticPages pages(runner, *mesh);
     std::vector<double> ours, theirs, wallRatios, cpuRatios;
     std::vector<std::byte> picture(runner.picture.size());
-    data::PageReader reader(*runner.ground);
-    data::PageMesh pageMesh;
-    std::vector<int32_t> uploaded(gl::RendererSettings{}.pageSlots, -1);
     uint64_t differing = 0;
     for (int i = 0; i < options.frames; ++i) {
         const ViewState view = runner.flight->view(i / 60.0, options.width, options.height);
-        const double cpuStart = cpuMs();
         app::FrameStats stats;
-        const int64_t start = app::steadyNs();
-        runner.terrainView->draw(view, stats);
-        runner.renderer->read(runner.picture);
-        const double oursMs = static_cast<double>(app::steadyNs() - start) * 1e-6;
-        const double oursCpu = cpuMs() - cpuStart;
+        const Timed our = timed([&] {
+            runner.terrainView->draw(view, stats);
+            runner.renderer->read(runner.picture);
+        });
         runner.overBudget += stats.lod.triangles > options.budget ? 1 : 0;
-
         // The same pages and triangles, outside of what is timed.
-        data::ShadingSettings shading;
-        shading.sunElevationRad = 35 * kRadPerDeg;
-        shading.sunAzimuthRad = 315 * kRadPerDeg;
-        for (const uint32_t page : runner.terrainView->drawList().usedPages) {
-            const int32_t slot = runner.terrain->slotOfPage()[page];
-            if (uploaded[static_cast<size_t>(slot)] == static_cast<int32_t>(page)) {
-                continue;
-            }
-            if (const auto heights = reader.read(page)) {
-                const lod::PageNode& node = runner.ground->pages()[page];
-                data::buildPageMesh(runner.ground->info(), node, **heights, shading, pageMesh);
-                data::addMorph(runner.ground->info(), node, **heights, pageMesh);
-                mesh->upload(static_cast<uint32_t>(slot), pageMesh);
-                uploaded[static_cast<size_t>(slot)] = static_cast<int32_t>(page);
-            }
-        }
+        pages.follow(runner.terrainView->drawList().usedPages);
         mesh->setTriangles(runner.terrainView->drawList(), runner.terrain->slotOfPage());
-        const double staticCpuStart = cpuMs();
-        const int64_t staticStart = app::steadyNs();
-        mesh->draw(view);
-        mesh->read(picture);
-        const double theirsMs = static_cast<double>(app::steadyNs() - staticStart) * 1e-6;
-        const double theirsCpu = cpuMs() - staticCpuStart;
+        const Timed their = timed([&] {
+            mesh->draw(view);
+            mesh->read(picture);
+        });
         differing += picture != runner.picture ? 1 : 0;
-        if (i < 10) {
-            continue; // the driver compiles and warms up
+        if (i >= kWarmUpFrames) {
+            ours.push_back(our.wallMs);
+            theirs.push_back(their.wallMs);
+            wallRatios.push_back(our.wallMs / their.wallMs);
+            cpuRatios.push_back(our.cpuMs / their.cpuMs);
         }
-        ours.push_back(oursMs);
-        theirs.push_back(theirsMs);
-        wallRatios.push_back(oursMs / theirsMs);
-        cpuRatios.push_back(oursCpu / theirsCpu);
     }
     return {{"frame_ms_p50", median(ours)},
             {"static_ms_p50", median(theirs)},
             {"wall_ratio_p50", median(wallRatios)},
             {"cpu_ratio_p50", median(cpuRatios)},
             {"frames_with_other_pixels", differing}};
+}
+
+// With a method that draws page lists.
+Json measureSoar(Runner& runner, const Options& options, const gl::Context& context)
+{
+    constexpr uint32_t kTypicalTriangles = 26'000;
+    constexpr uint32_t kFewest = 19'600, kMost = 34'000; // of the frames that count
+    constexpr uint32_t kRoom = 200'000;                  // no budget is reached: the tolerance decides
+    auto mesh = bench::StaticMesh::create(context, rendererSettings(options));
+    if (!mesh) {
+        return {{"error", mesh.error().message}};
+    }
+    lod::SelectionSettings selection{lod::Method::bintree, kTypicalTriangles, 0.0F, true, false};
+    const ViewState first = runner.flight->view(0, options.width, options.height);
+    {
+        app::TerrainView finder(*runner.terrain, selection, *runner.renderer);
+        if (auto loaded = finder.preload(first); !loaded) {
+            return {{"error", loaded.error().message}};
+        }
+        selection.tolerancePx = finder.drawList().stats.tauPx;
+    }
+    selection.triangleBudget = kRoom;
+    const auto soar = lod::makeSelector(runner.terrain->info().shape, runner.terrain->dataset().pages(),
+                                        runner.terrain->pageSlots(), selection);
+    const uint32_t number = runner.terrain->attach(*soar);
+    selection.method = *lod::methodOf(options.method);
+    selection.liveRanges = true;
+    app::TerrainView terrainView(*runner.terrain, selection, *runner.renderer);
+    StaticPages pages(runner, *mesh);
+    lod::DrawList list;
+    std::vector<double> wallRatios, cpuRatios, ours, theirs, selectShares;
+    for (int i = 0; i < options.frames; ++i) {
+        const ViewState view = runner.flight->view(i / 60.0, options.width, options.height);
+        soar->select(view, list);
+        runner.terrain->use(number, list.usedPages);
+        app::FrameStats stats;
+        const auto our = [&] {
+            return timed([&] {
+                terrainView.draw(view, stats);
+                runner.renderer->read(runner.picture);
+            });
+        };
+        const auto their = [&] {
+            pages.follow(list.usedPages);
+            mesh->setTriangles(list, runner.terrain->slotOfPage());
+            return timed([&] {
+                mesh->draw(view);
+                mesh->read(runner.picture);
+            });
+        };
+        // Each goes first in every other frame.
+        const Timed early = i % 2 == 0 ? our() : their();
+        const Timed late = i % 2 == 0 ? their() : our();
+        const Timed& a = i % 2 == 0 ? early : late;
+        const Timed& b = i % 2 == 0 ? late : early;
+        const bool counts = list.stats.triangles >= kFewest && list.stats.triangles <= kMost;
+        if (i >= kWarmUpFrames && counts && stats.pageIns == 0) {
+            wallRatios.push_back(a.wallMs / b.wallMs);
+            cpuRatios.push_back(a.cpuMs / b.cpuMs);
+            ours.push_back(stats.lod.triangles);
+            theirs.push_back(list.stats.triangles);
+            selectShares.push_back(static_cast<double>(stats.selectNs) * 1e-6 / a.wallMs);
+        }
+    }
+    runner.terrain->detach(number);
+    return {{"tolerance_px", static_cast<double>(selection.tolerancePx)},
+            {"frames_counted", cpuRatios.size()},
+            {"cpu_ratio_p50", median(cpuRatios)},
+            {"wall_ratio_p50", median(wallRatios)},
+            {"select_share_p50", median(selectShares)},
+            {"triangles", median(ours)},
+            {"soar_triangles", median(theirs)}};
 }
 
 Json measureSize(Runner& large, Runner& small, const Options& options)
@@ -466,6 +576,9 @@ Result<Json> run(const Options& options)
                 {"width", options.width},
                 {"height", options.height}};
     report["static"] = measureStatic(**runner, options, *context);
+    if (options.method != "geomip") {
+        report["soar"] = measureSoar(**runner, options, *context);
+    }
     uint32_t overBudget = 0;
     if (!options.small.empty()) {
         auto small = makeRunner(options.small, options, *context, log);

@@ -89,7 +89,7 @@ void fly(const ig::gl::ContextSettings& context, int flights, F&& f)
         ig::lod::DrawList list;
         for (int frame = 0; frame < 60; ++frame) {
             const ig::ViewState view = viewOf(flight, frame, flight % 3 != 2);
-            selector.select(view, scene().terrain.slotOfPage, list);
+            test::selectOver(selector, view, scene().terrain.slotOfPage, list);
             f(stage, view, list, flight % 3 != 2);
         }
     }
@@ -189,7 +189,7 @@ TEST_CASE("tiles at rest are the same bytes with and without morph", "[gl]")
     ig::lod::GeomipSelector selector(scene().terrain.shape, scene().terrain.pages, {24'000, 4.0F, true});
     ig::lod::DrawList list;
     const ig::ViewState view = viewOf(0, 0, true);
-    selector.select(view, scene().terrain.slotOfPage, list);
+    test::selectOver(selector, view, scene().terrain.slotOfPage, list);
     const auto bytes = [&](ig::gl::Morph morph) {
         ig::gl::RendererSettings s = settings();
         s.morph = morph;
@@ -212,7 +212,7 @@ TEST_CASE("tiles morph without the codes of a per-vertex method", "[gl]")
     const ig::ViewState view = viewOf(0, 0, true);
     ig::lod::GeomipSelector selector(scene().terrain.shape, scene().terrain.pages, {24'000, 4.0F, true});
     ig::lod::DrawList list;
-    selector.select(view, scene().terrain.slotOfPage, list);
+    test::selectOver(selector, view, scene().terrain.slotOfPage, list);
     for (ig::lod::DrawItem& item : list.items) {
         item.weight = 0.25F;
         item.sideWeight.fill(0.25F);

@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: MIT
+// How good the meshes of the bin-tree are in flight: how tight the bound of their error, that nothing pops,
+// how many triangles more than the fewest, and that any budget and tolerance will do. Over made-up ground,
+// the extremes of it, and real ground where its data is there.
+#include "lod_measure.h"
+
+#include <catch2/catch.hpp>
+#include <gdal_priv.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <limits>
+#include <set>
+#include <string>
+
+using namespace ig;
+using namespace ig::lod;
+
+namespace {
+
+constexpr std::array<bool, 2> kMethods{true, false}; // bintree, hybrid
+
+// A square of real heights, metres; empty where the data is not there.
+std::vector<int16_t> rainier(int size)
+{
+    const char* set = std::getenv("EYEPOINT_SHARED");
+    const std::string path = (set != nullptr ? std::string(set) : std::string(EYEPOINT_SHARED_DIR)) +
+                             "/data/srtm3_rainier_513.tif";
+    if (!std::filesystem::exists(path)) {
+        std::cout << "skipped: " << path << " is not there\n";
+        return {};
+    }
+    GDALAllRegister();
+    const GDALDatasetUniquePtr raster(GDALDataset::Open(path.c_str()));
+    REQUIRE(raster);
+    std::vector<int16_t> heights(static_cast<size_t>(size) * static_cast<size_t>(size));
+    REQUIRE(raster->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, size, size, heights.data(), size, size,
+                                               GDT_Int16, 0, 0) == CE_None);
+    return heights;
+}
+
+struct Named {
+    std::string name;
+    test::TreeTerrain terrain;
+};
+
+// Built once: the brute force takes a while.
+const std::vector<Named>& terrains()
+{
+    static const std::vector<Named> all = [] {
+        std::vector<Named> list;
+        list.push_back({"hills", test::makeTree(257, 257, [](int c, int r) {
+                            return 400 + 300 * std::sin(c * 0.07) * std::cos(r * 0.05) +
+                                   60 * std::sin(c * 0.5) + 25 * std::cos(r * 0.9 + c * 0.3);
+                        })});
+        list.push_back({"plain", test::makeTree(257, 257, [](int c, int r) {
+                            return 10 + 2 * std::sin(c * 0.07) * std::cos(r * 0.05) + 0.3 * std::sin(c * 0.9);
+                        })});
+        list.push_back({"padded", test::makeTree(257, 200, [](int c, int r) {
+                            return 200 + 150 * std::sin(c * 0.11 + r * 0.05) + 20 * std::sin(r * 0.7);
+                        })});
+        list.push_back({"spikes", test::makeTree(129, 129, [](int c, int r) {
+                            return (c * 7 + r * 13) % 97 == 0 ? 900.0 : 0.0;
+                        })});
+        list.push_back({"checkerboard", test::makeTree(129, 129, [](int c, int r) {
+                            return (c + r) % 2 == 0 ? 300.0 : -300.0;
+                        })});
+        list.push_back({"step", test::makeTree(129, 129, [](int c, int) { return c > 70 ? 900.0 : 0.0; })});
+        if (const auto heights = rainier(257); !heights.empty()) {
+            list.push_back({"Mount Rainier", test::makeTree(257, 257, [&](int c, int r) {
+                                return static_cast<double>(
+                                    heights[static_cast<size_t>(r) * 257 + static_cast<size_t>(c)]);
+                            })});
+        }
+        return list;
+    }();
+    return all;
+}
+
+// A flight northwards, swinging to both sides, so high above the ground below.
+class Flight {
+public:
+    Flight(const test::TreeTerrain& terrain, double aboveM, double stepM)
+        : _terrain(terrain), _aboveM(aboveM), _stepM(stepM), _row(0.85 * terrain.shape.rows)
+    {
+    }
+    ViewState next()
+    {
+        const double heading = 0.3 * std::sin(0.02 * _frame++);
+        const double rowM = _terrain.shape.latitudeStepRad * 6.37e6;
+        _row -= _stepM / rowM * std::cos(heading);
+        const double col = 0.5 * _terrain.shape.cols + 0.1 * _frame * _stepM / rowM * std::sin(heading);
+        const double groundM =
+            _terrain.height[_terrain.at(static_cast<int>(col), static_cast<int>(_row))] * 0.1;
+        // Over the highest that has come, so that height changes slowly.
+        _heightM = std::max(_heightM, groundM + _aboveM);
+        return test::look(test::at(_terrain.shape, col, _row, _heightM), {heading, -0.1, 0.2 * heading});
+    }
+
+private:
+    const test::TreeTerrain& _terrain;
+    double _aboveM, _stepM, _row, _heightM = -1e9;
+    int _frame = 0;
+};
+
+double median(std::vector<double> values)
+{
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                     values.end());
+    return values[values.size() / 2];
+}
+
+} // namespace
+
+TEST_CASE(
+    "in flight the bound of the error holds, and is not far from the larger of tolerance and true error")
+{
+    struct Kind {
+        double aboveM, stepM;
+        double most; // median of the ratio; the stretch towards the corners alone makes 1.7 of it
+    };
+    for (const Named& named : terrains()) {
+        // 250 m/s at 300 m; an approach at 80 m/s; the same just above the ground.
+        for (const Kind& kind : {Kind{300, 4.17, 2.6}, Kind{60, 1.33, 2.6}, Kind{8, 1.33, 16.0}}) {
+            for (const bool cullVertices : kMethods) {
+                const auto selector =
+                    test::makeSelector(named.terrain, test::settingsOf(100'000, 2.0F, cullVertices));
+                Flight flight(named.terrain, kind.aboveM, kind.stepM);
+                DrawList list;
+                std::vector<double> ratios;
+                for (int frame = 0; frame < 12; ++frame) {
+                    const ViewState view = flight.next();
+                    selector->select(view, list);
+                    if (frame % 3 != 2) {
+                        continue;
+                    }
+                    const test::Measured measured = test::measureError(named.terrain, list, view);
+                    INFO(named.name << ", " << kind.aboveM << " m above ground: bound " << list.stats.errorPx
+                                    << ", measured " << measured.screenPx);
+                    REQUIRE(measured.screenPx <= list.stats.errorPx * 1.0001 + 1e-6);
+                    ratios.push_back(list.stats.errorPx /
+                                     std::max(measured.screenPx, double{list.stats.tauPx}));
+                }
+                INFO(named.name << ", " << kind.aboveM << " m above ground");
+                CHECK(median(ratios) <= kind.most);
+            }
+        }
+    }
+}
+
+TEST_CASE("nothing pops in flight: no vertex moves by more than its morph, and all come and go at rest")
+{
+    size_t compared = 0, fresh = 0, gone = 0;
+    for (const Named& named : terrains()) {
+        const test::TreeTerrain& terrain = named.terrain;
+        for (const bool cullVertices : kMethods) {
+            // With the tolerance fixed, and led by the budget.
+            for (const uint32_t budget : {200'000U, 3'000U}) {
+                const auto selector = test::makeSelector(
+                    terrain, test::settingsOf(budget, budget > 3'000 ? 4.0F : 0.1F, cullVertices));
+                Flight flight(terrain, 300, 4.17);
+                std::map<test::Post, glm::dvec3> before;
+                DrawList list;
+                MorphState last;
+                glm::dvec3 eyeBefore{0.0};
+                size_t pops = 0;
+                for (int frame = 0; frame < 28; ++frame) {
+                    const ViewState view = flight.next();
+                    selector->select(view, list);
+                    test::TreeTerrain morphing = terrain;
+                    morphing.morph = list.morph;
+                    std::map<test::Post, glm::dvec3> now;
+                    for (const auto& posts : test::trianglesOf(terrain, list)) {
+                        for (const test::Post& post : posts) {
+                            now[post] = test::drawnPlace(morphing, post, view.eye.m);
+                        }
+                    }
+                    // |dw| <= (step + delta |dkappa| + kappa |dcut|) / (b kappa delta), over delta metres.
+                    const double movedM = glm::length(view.eye.m - eyeBefore);
+                    const double reach = std::min(last.reach, list.morph.reach);
+                    const auto allowedM = [&](const test::Post& post) {
+                        const double delta = decodeM(terrain.errorCode[terrain.at(post[0], post[1])]);
+                        return 1.0001 / kMorphBand *
+                                   ((movedM + delta * std::abs(double{last.reach} - list.morph.reach)) /
+                                        reach +
+                                    std::abs(double{last.cutM} - list.morph.cutM)) +
+                               1e-3;
+                    };
+                    const auto middleOf = [&](const test::Post& post) {
+                        const auto split = test::splitOf(post[0], post[1]);
+                        return 0.5 * (terrain.position(split[0][0], split[0][1]) +
+                                      terrain.position(split[1][0], split[1][1]));
+                    };
+                    // What is well inside both pictures, and has a morph: not at the padding, see below.
+                    const auto counts = [&](const test::Post& post) {
+                        const double ballM = decodeM(terrain.radiusCode[terrain.at(post[0], post[1])]) + 200;
+                        return post[0] % terrain.size != 0 && post[1] % terrain.size != 0 &&
+                               !terrain.touchesPadding(post[0], post[1]) &&
+                               test::isInView(view, terrain.position(post[0], post[1]), ballM);
+                    };
+                    // The first frames have a speed that has not been seen before.
+                    if (frame > 2) {
+                        for (const auto& [post, place] : now) {
+                            if (!test::isInView(view, place)) {
+                                continue;
+                            }
+                            const auto old = before.find(post);
+                            if (old != before.end()) {
+                                ++compared;
+                                pops += glm::length(place - old->second) > allowedM(post) ? 1 : 0;
+                            } else if (counts(post)) {
+                                ++fresh;
+                                pops += glm::length(place - middleOf(post)) > allowedM(post) ? 1 : 0;
+                            }
+                        }
+                        for (const auto& [post, place] : before) {
+                            if (now.count(post) == 0 && counts(post)) {
+                                ++gone;
+                                pops += glm::length(place - middleOf(post)) > allowedM(post) ? 1 : 0;
+                            }
+                        }
+                    }
+                    before = std::move(now);
+                    last = list.morph;
+                    eyeBefore = view.eye.m;
+                }
+                INFO(named.name << (cullVertices ? " bintree " : " hybrid ") << budget);
+                CHECK(pops == 0);
+            }
+        }
+    }
+    CHECK(compared > 50'000);
+    CHECK(fresh > 100);
+    CHECK(gone > 10);
+}
+
+TEST_CASE("beside the padding, where vertices have no morph, none comes or goes by more than the tolerance")
+{
+    const auto padded = std::find_if(terrains().begin(), terrains().end(),
+                                     [](const Named& named) { return named.name == "padded"; });
+    const test::TreeTerrain& terrain = padded->terrain;
+    size_t appeared = 0;
+    for (const bool cullVertices : kMethods) {
+        const auto selector = test::makeSelector(terrain, test::settingsOf(200'000, 4.0F, cullVertices));
+        std::set<test::Post> before;
+        DrawList list;
+        for (int frame = 0; frame < 60; ++frame) {
+            const ViewState view =
+                test::look(test::at(terrain.shape, 128 + 0.1 * frame, 120, 900), {kPi, -0.2, 0});
+            selector->select(view, list);
+            std::set<test::Post> now;
+            for (const auto& posts : test::trianglesOf(terrain, list)) {
+                now.insert(posts.begin(), posts.end());
+            }
+            for (const test::Post& post : now) {
+                const bool isNew = frame > 2 && before.count(post) == 0;
+                if (isNew && post[0] % terrain.size != 0 && post[1] % terrain.size != 0 &&
+                    terrain.touchesPadding(post[0], post[1])) {
+                    // The surface was within its error before.
+                    const double distanceM = glm::length(terrain.position(post[0], post[1]) - view.eye.m);
+                    const double error = decodeM(terrain.errorCode[terrain.at(post[0], post[1])]);
+                    const double radius = decodeM(terrain.radiusCode[terrain.at(post[0], post[1])]);
+                    if (test::isInView(view, terrain.position(post[0], post[1]), radius + 200)) {
+                        ++appeared;
+                        CHECK(pixelsPerRadian(view) * error / (distanceM + radius) <=
+                              1.01 * list.stats.tauPx);
+                    }
+                }
+            }
+            before = std::move(now);
+        }
+    }
+    CHECK(appeared < 2000);
+}
+
+// Bottom up: every vertex that is not wanted goes, and with it two or four triangles, as long as none of its
+// children stays. Children come before parents, so nothing is left that could go.
+uint64_t fewestTriangles(const test::TreeTerrain& t, const glm::dvec3& eye, const MorphState& morph)
+{
+    const int n = t.size;
+    std::vector<uint8_t> children(t.height.size(), 0);
+    // All vertices make two triangles a cell.
+    uint64_t triangles = 2 * static_cast<uint64_t>(n) * static_cast<uint64_t>(n);
+    const auto inside = [n](const test::Post& p) { return p[0] >= 0 && p[1] >= 0 && p[0] <= n && p[1] <= n; };
+    for (int s = 1; s <= n / 2; s *= 2) {
+        for (const bool centres : {false, true}) {
+            for (int row = 0; row <= n; row += s) {
+                for (int col = 0; col <= n; col += s) {
+                    if (test::spacing(col, row) != s ||
+                        ((col / s) % 2 != 0 && (row / s) % 2 != 0) != centres) {
+                        continue;
+                    }
+                    const double delta = decodeM(t.errorCode[t.at(col, row)]);
+                    const double radius = decodeM(t.radiusCode[t.at(col, row)]);
+                    const bool wanted = delta > morph.cutM && glm::length(t.position(col, row) - eye) <
+                                                                  double{morph.reach} * delta + radius;
+                    const auto split = test::splitOf(col, row);
+                    const bool stays = wanted || children[t.at(col, row)] > 0;
+                    for (const test::Post& apex : {split[2], split[3]}) {
+                        if (inside(apex)) {
+                            children[t.at(apex[0], apex[1])] |= stays ? 1 : 0;
+                            triangles -= stays ? 0 : 1;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    return triangles;
+}
+
+TEST_CASE("at the same tau there are no more triangles than merging from the bottom up leaves")
+{
+    // One tile of 513 x 513 posts, wholly in view; real ground where there is some.
+    const std::vector<int16_t> heights = rainier(513);
+    const test::TreeTerrain terrain = test::makeTree(513, 513, [&](int c, int r) {
+        return heights.empty() ? 400 + 300 * std::sin(c * 0.07) * std::cos(r * 0.05) + 60 * std::sin(c * 0.5)
+                               : heights[static_cast<size_t>(r) * 513 + static_cast<size_t>(c)];
+    });
+    const ViewState view = test::look(test::at(terrain.shape, 256, 256, 60'000), {0.1, -kPi / 2, 0});
+    for (const bool cullVertices : kMethods) {
+        for (const float tolerancePx : {0.02F, 0.1F, 0.5F, 2.0F}) {
+            const auto selector =
+                test::makeSelector(terrain, test::settingsOf(1'000'000, tolerancePx, cullVertices));
+            DrawList list;
+            selector->select(view, list);
+            const uint64_t fewest = fewestTriangles(terrain, view.eye.m, list.morph);
+            INFO("tolerance " << tolerancePx << ": " << list.stats.triangles << ", fewest " << fewest);
+            REQUIRE(list.stats.tauPx == Approx(tolerancePx));
+            CHECK(list.stats.triangles >= fewest);
+            CHECK(static_cast<double>(list.stats.triangles) <= 1.05 * static_cast<double>(fewest));
+            CHECK(fewest > 10);
+        }
+    }
+}
+
+TEST_CASE("any budget from two triangles to a million, and any tolerance from nothing to infinity, will do")
+{
+    const float infinity = std::numeric_limits<float>::infinity();
+    for (const Named& named : terrains()) {
+        for (const bool cullVertices : kMethods) {
+            for (const uint32_t budget : {kSmallestTreeBudget, 3U, 511U, 24'000U, 1'000'000U}) {
+                for (const float tolerancePx : {0.0F, 1.0F, 1e9F, infinity}) {
+                    const auto selector = test::makeSelector(
+                        named.terrain, test::settingsOf(budget, tolerancePx, cullVertices));
+                    Flight flight(named.terrain, 300, 4.17);
+                    DrawList list;
+                    ViewState view;
+                    for (int frame = 0; frame < 2; ++frame) {
+                        view = flight.next();
+                        selector->select(view, list);
+                        INFO(named.name << " budget " << budget << ", tolerance " << tolerancePx << ", drawn "
+                                        << list.stats.triangles);
+                        REQUIRE(list.stats.triangles <= budget);
+                        REQUIRE(list.indices.size() == size_t{3} * list.stats.triangles);
+                        REQUIRE(std::isfinite(list.stats.tauPx));
+                        REQUIRE(std::isfinite(list.stats.errorPx));
+                        REQUIRE(list.stats.errorPx >= 0.0F);
+                        REQUIRE(list.stats.triangles >= 1);
+                    }
+                    REQUIRE(test::cracks(named.terrain, list, view) == 0);
+                }
+            }
+        }
+    }
+}
