@@ -29,7 +29,7 @@ struct Key {
     std::function<bool(const toml::node&, Target&)> store; // false: not what is expected
     std::function<bool(const Target&, const Target&)> same;
     std::function<void(const Target& from, Target& to)> copy;
-    bool live = false; // may change while the program runs
+    bool live = false;                                   // may change while the program runs
     std::function<std::string(const Settings&)> print{}; // of keys of the settings
 };
 
@@ -189,27 +189,27 @@ Key<Target> choice(const char* name, std::vector<std::string> words, Access acce
 template <class Target, class Access>
 Key<Target> sinkList(const char* name, Access access)
 {
-    return reachedBy<Target>(access,
-                             {name,
-                              "a list of \"png:DIR\", \"y4m:FILE\", \"raw:FILE\", \"gst:PIPELINE\", \"shm:NAME\" "
-                              "or \"null\"",
-                              [=](const toml::node& node, Target& target) {
-                                  const auto* list = node.as_array();
-                                  if (list == nullptr) {
-                                      return false;
-                                  }
-                                  std::vector<std::string> sinks;
-                                  for (const toml::node& item : *list) {
-                                      if (!item.is_string()) {
-                                          return false;
-                                      }
-                                      sinks.push_back(item.as_string()->get());
-                                  }
-                                  access(target) = std::move(sinks);
-                                  return true;
-                              },
-                              {},
-                              {}});
+    return reachedBy<Target>(
+        access, {name,
+                 "a list of \"png:DIR\", \"y4m:FILE\", \"raw:FILE\", \"gst:PIPELINE\", \"shm:NAME\" "
+                 "or \"null\"",
+                 [=](const toml::node& node, Target& target) {
+                     const auto* list = node.as_array();
+                     if (list == nullptr) {
+                         return false;
+                     }
+                     std::vector<std::string> sinks;
+                     for (const toml::node& item : *list) {
+                         if (!item.is_string()) {
+                             return false;
+                         }
+                         sinks.push_back(item.as_string()->get());
+                     }
+                     access(target) = std::move(sinks);
+                     return true;
+                 },
+                 {},
+                 {}});
 }
 
 // Limits that [view] and an entry of [[views]] share.

@@ -66,8 +66,8 @@ TEST_CASE("every shipped set-up loads, and none but the reference is a list of d
         defaults.terrain.file = "world.ept";
         CHECK(config::changes(defaults, *settings).empty() == (entry.path().stem() == "eyepoint"));
     }
-    for (const char* name : {"eyepoint", "cpu-2core", "gpu-desktop", "embedded", "replay", "three-channels",
-                             "video-rtp"}) {
+    for (const char* name :
+         {"eyepoint", "cpu-2core", "gpu-desktop", "embedded", "replay", "three-channels", "video-rtp"}) {
         CHECK(names.count(name) == 1);
     }
 }

@@ -386,7 +386,7 @@ TEST_CASE(
     "sinks that lose their place end in one line each with the reason; frames and the other sinks go on")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     const std::string ring = "eyepoint-e2e-spoilt-" + std::to_string(getpid());
     struct Spoilt {
         std::string sink, reason;
@@ -475,7 +475,7 @@ TEST_CASE(
     "two views from one process: each its own frames, the same pixels as a process of its own, pages once")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     // A budget that the tolerance does not need: what is drawn follows from the view alone.
     const std::string shared = "[terrain]\nfile = \"" + terrain +
                                "\"\ntolerance_px = 3.0\ntriangle_budget = 60000\n"
@@ -655,7 +655,7 @@ TEST_CASE("the benchmark of whole frames draws the same pixels as its static yar
 TEST_CASE("the benchmark of paging flies from a cold disk cache and keeps the budget")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     Process bench({"eyepoint-bench-paging", "--terrain", terrain, "--seconds", "2", "--speed", "300",
                    "--cache-mib", "8", "--resident-mib", "64"},
                   dir.file("out"), dir.file("err"));
@@ -743,7 +743,7 @@ private:
     uint32_t _frame = 0;
 };
 
-// On a post of makeTerrain(), and the height there.
+// On a post of makeRollingLand(), and the height there.
 constexpr int kPostCol = 500, kPostRow = 300;
 hostif::HatHotRequest requestAtPost(uint16_t id, hostif::HatHotType type, double altitudeM)
 {
@@ -780,7 +780,7 @@ TEST_CASE(
 {
     using hostif::HatHotType;
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     Generator ig(dir, {"--terrain", terrain, "--stats", dir.file("ig.json"), "--set", "view.width=64",
                        "--set", "view.height=36", "--set", "view.rate_hz=20"});
     INFO(readFile(ig.errFile));
@@ -853,7 +853,7 @@ TEST_CASE(
 TEST_CASE("a silent host's picture goes dark where that is wanted, and comes back with the host")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     const std::string name = "eyepoint-fade-" + std::to_string(getpid());
     Generator ig(dir, {"--terrain", terrain, "--sink", "shm:" + name, "--stats", dir.file("ig.json"), "--set",
                        "view.width=64", "--set", "view.height=36", "--set", "view.rate_hz=20", "--set",
@@ -907,7 +907,7 @@ TEST_CASE("a silent host's picture goes dark where that is wanted, and comes bac
 TEST_CASE("every reason for refusing what a host sends has its count in the statistics")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     Generator ig(dir, {"--terrain", terrain, "--stats", dir.file("ig.json"), "--set", "view.width=64",
                        "--set", "view.height=36", "--set", "view.rate_hz=20"});
     REQUIRE_FALSE(ig.address.empty());
@@ -965,7 +965,7 @@ TEST_CASE("every reason for refusing what a host sends has its count in the stat
 TEST_CASE("the delay from a step in pitch, roll or yaw to its frame is measured, of every step")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     const std::string ring = "eyepoint-delay-" + std::to_string(getpid());
     Generator ig(dir, {"--terrain", terrain, "--sink", "shm:" + ring, "--set", "view.width=160", "--set",
                        "view.height=90", "--set", "view.rate_hz=30"});
@@ -1008,7 +1008,7 @@ TEST_CASE("the delay from a step in pitch, roll or yaw to its frame is measured,
 TEST_CASE("beside a flood of hostile datagrams the host is served, and memory stays")
 {
     const test::TempDir dir;
-    const std::string terrain = makeTerrain(dir);
+    const std::string terrain = test::makeRollingLand(dir);
     Generator ig(dir, {"--terrain", terrain, "--stats", dir.file("ig.json"), "--set", "view.width=64",
                        "--set", "view.height=36", "--set", "view.rate_hz=30"});
     REQUIRE_FALSE(ig.address.empty());

@@ -189,7 +189,8 @@ void Channel::handOut(out::Receipt& receipt, const out::FrameMemory& memory, int
         }
         receipt.dropped += sink.stats.dropped;
     }
-    const out::Frame frame{_view.widthPx, _view.heightPx, memory.rgba, receipt.frame, memory.depthM, &receipt};
+    const out::Frame frame{_view.widthPx, _view.heightPx, memory.rgba,
+                           receipt.frame, memory.depthM,  &receipt};
     for (NamedSink& sink : _sinks) {
         if (!sink.sink) {
             continue;

@@ -27,12 +27,12 @@ namespace ig::app {
 
 // What a channel's frame is made of, beside the world.
 struct FrameMoment {
-    int64_t scheduleStartNs = 0; // when the slot's first frame started: the time that the pictures stand for
-    int64_t startNs = 0;         // when this frame started
-    int64_t hostNs = 0;          // what of it went to the host
-    double displayS = 0;         // the time that the picture is drawn for
-    double rateHz = 0;           // of the schedule
-    double light = 1;            // of the picture that is left, see loss_fade.h
+    int64_t scheduleStartNs = 0;  // when the slot's first frame started: the time that the pictures stand for
+    int64_t startNs = 0;          // when this frame started
+    int64_t hostNs = 0;           // what of it went to the host
+    double displayS = 0;          // the time that the picture is drawn for
+    double rateHz = 0;            // of the schedule
+    double light = 1;             // of the picture that is left, see loss_fade.h
     int64_t recordingAheadNs = 0; // what a replayed frame's times are ahead of the steady clock
     std::optional<hostif::HostFrame> host; // the newest message
     hostif::SessionStats session;

@@ -172,22 +172,22 @@ public:
             !done) {
             return done;
         }
-        const uint32_t wanted =
-            pageSlotsFor(static_cast<uint64_t>(_settings.terrain.pageCacheMib) << 20, _plan.renderer.morph,
-                         std::numeric_limits<uint32_t>::max());
+        const uint32_t wanted = pageSlotsFor(static_cast<uint64_t>(_settings.terrain.pageCacheMib) << 20,
+                                             _plan.renderer.morph, std::numeric_limits<uint32_t>::max());
         const bool used = _plan.renderer.pageSlots == wanted;
         if (used) {
-            out.parts.push_back({"page slots beyond the dataset's pages",
-                                 true,
-                                 fmt::format("the {} slots of terrain.page_cache_mib are no more than its {} pages", wanted,
-                                             _scene->terrain().dataset().pages().size()),
-                                 {}});
+            out.parts.push_back(
+                {"page slots beyond the dataset's pages",
+                 true,
+                 fmt::format("the {} slots of terrain.page_cache_mib are no more than its {} pages", wanted,
+                             _scene->terrain().dataset().pages().size()),
+                 {}});
             return {};
         }
         return flipped(
             "page slots beyond the dataset's pages", false,
-            fmt::format("everything fits into {} of the {} slots of terrain.page_cache_mib", _plan.renderer.pageSlots,
-                        wanted),
+            fmt::format("everything fits into {} of the {} slots of terrain.page_cache_mib",
+                        _plan.renderer.pageSlots, wanted),
             [&](gl::RendererSettings& r, TerrainSettings& t) { r.pageSlots = t.pageSlots = wanted; });
     }
 
@@ -297,7 +297,8 @@ private:
     {
         const size_t pages = scene.terrain().dataset().pages().size();
         const bool allFit = scene.terrain().pageSlots() >= pages;
-        Part loader{"loading of pages in flight", !allFit,
+        Part loader{"loading of pages in flight",
+                    !allFit,
                     fmt::format("{} pages, {} slots{}", pages, scene.terrain().pageSlots(),
                                 allFit ? "; its threads end when all are there" : ""),
                     {}};

@@ -19,7 +19,7 @@ struct SettingsArguments {
     std::vector<std::string> sinks, assignments;
     std::string listen, record; // options of eyepoint-ig alone
     bool skipIdentical = false;
-    bool withTerrain = true;             // false: the program brings its own, whatever the settings lack
+    bool withTerrain = true; // false: the program brings its own, whatever the settings lack
 };
 
 // --config, --terrain, --sink, --receipts, --stats and --set. arguments must outlive app's parsing.

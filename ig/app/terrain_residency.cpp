@@ -268,6 +268,7 @@ void TerrainResidency::place(data::LoadedPage& loaded, FrameStats& stats)
     const uint32_t page = loaded.page;
     if (loaded.error) {
         _lost[page] = true;
+        ++_changes;
         ++_damagedCount;
         _log.write(LogLevel::error, loaded.error->message + "; drawn by its coarser ancestor");
         return;
@@ -275,6 +276,7 @@ void TerrainResidency::place(data::LoadedPage& loaded, FrameStats& stats)
     const data::Claim claim = isWanted(page) ? data::Claim::wanted : data::Claim::ahead;
     const auto placement = _slots.place(page, kLoadingUser, claim);
     if (!placement) {
+        ++_changes; // whoever wants it asks again
         return;
     }
     // Older than its ancestors, which it needs as long as it is resident.

@@ -92,7 +92,7 @@ public:
     uint32_t pageSlots() const noexcept { return _settings.pageSlots; }
     std::span<const int32_t> slotOfPage() const noexcept { return _slots.slotOfPage(); }
     std::span<const lod::PageReach> reachOfSlot() const noexcept { return _reaches; }
-    // Counts pages that came: the same number, the same pages in the same slots.
+    // Counts pages that came or were lost: the same number, the same pages in the same slots.
     uint64_t changes() const noexcept { return _changes; }
     // A number that no draw list has had.
     uint64_t nextListNumber() noexcept { return ++_listNumber; }

@@ -58,6 +58,7 @@ Result<void> TerrainView::preload(const ViewState& view)
     complete(view, unused,
              _terrain.waitsForPages() ? TerrainResidency::kForever
                                       : data::PageLoader::Clock::now() + kPreload);
+    _selected = false; // the first frame says what to load beside it
     return {};
 }
 

@@ -419,8 +419,7 @@ double PageLists::trianglePx(int32_t slot, const std::array<uint16_t, 3>& posts,
     const VertexId split = vertexOf(row2 / 2 * kPagePosts + col2 / 2);
     if (hasSplit) {
         offM = _codeM[_tree.errorCode(split)];
-        far = glm::length(_tree.position(split) - cut.eye) >=
-              cut.reach * offM + _tree.radiusM(split);
+        far = glm::length(_tree.position(split) - cut.eye) >= cut.reach * offM + _tree.radiusM(split);
     } else if (_graph.hasBelow(slot)) {
         offM = (1.0 - kMorphBand) * apexM;
         far = false;

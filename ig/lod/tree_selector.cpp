@@ -364,7 +364,8 @@ double TreeSelector::missingPx(const Visit& parent, size_t quadrant, const ViewS
                 return glm::dot(glm::dvec3(plane), ray) + plane.w < -radiusM;
             });
             if (!outside) {
-                const double nearestM = std::max({glm::length(ray) - radiusM, distanceM, shortestDistanceM(view)});
+                const double nearestM =
+                    std::max({glm::length(ray) - radiusM, distanceM, shortestDistanceM(view)});
                 worst = std::max(worst, _alpha * decodeM(_tree.errorCode(first + post)) / nearestM);
             }
         }

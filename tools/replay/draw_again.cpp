@@ -46,15 +46,15 @@ private:
 bool mattersHere(const std::string& key)
 {
     constexpr std::array<std::string_view, 10> kOthers{"terrain.file",
-                                                      "terrain.frame_time_ms",
-                                                      "terrain.smallest_triangle_budget",
-                                                      "terrain.page_loads_per_frame",
-                                                      "terrain.wait_for_pages",
-                                                      "view.rate_hz",
-                                                      "host.listen",
-                                                      "host.record",
-                                                      "host.peer",
-                                                      "host.database"};
+                                                       "terrain.frame_time_ms",
+                                                       "terrain.smallest_triangle_budget",
+                                                       "terrain.page_loads_per_frame",
+                                                       "terrain.wait_for_pages",
+                                                       "view.rate_hz",
+                                                       "host.listen",
+                                                       "host.record",
+                                                       "host.peer",
+                                                       "host.database"};
     return !key.starts_with("output.") && !key.starts_with("log.") && !key.starts_with("graphics.") &&
            std::find(kOthers.begin(), kOthers.end(), key) == kOthers.end();
 }

@@ -90,7 +90,7 @@ int main(int argc, char** argv)
         const auto done = run(arguments);
         return done ? 0 : report(done.error());
     } catch (const std::bad_alloc&) {
-        return report(
-            {ig::ErrorKind::failed, "out of memory; lower terrain.page_cache_mib or view.width and view.height"});
+        return report({ig::ErrorKind::failed,
+                       "out of memory; lower terrain.page_cache_mib or view.width and view.height"});
     }
 }

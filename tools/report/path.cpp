@@ -84,8 +84,7 @@ Result<void> fromCapture(const PathOptions& options, const Ellipsoid& ellipsoid,
         }
         const double timeS = static_cast<double>(datagram.timeNs) * 1e-9;
         // The frames that were due before it came.
-        for (;
-             nextS >= 0 && nextS < timeS && path.views.size() < static_cast<size_t>(options.frames);
+        for (; nextS >= 0 && nextS < timeS && path.views.size() < static_cast<size_t>(options.frames);
              nextS += 1 / options.rateHz) {
             if (const auto view = world.viewState(0, 1, 1, nextS)) {
                 path.views.push_back(*view);
