@@ -96,6 +96,20 @@ TEST_CASE("the ground at a post is the post, edges of the grid included")
     CHECK(f.heightM(kCols - 1, kRows - 1) == Approx(grid.back()).margin(1e-6));
 }
 
+TEST_CASE("answers that wait are those of the finest posts at once, wherever the question jumps")
+{
+    const Fixture f(hills, {.waits = true});
+    const std::vector<double> grid = test::gridOf(*f.dataset);
+    for (uint32_t row = 0; row < kRows; row += 37) {
+        for (uint32_t col = 0; col < kCols; col += 41) {
+            Ground out;
+            CHECK(f.query->groundAt(f.latitudeRad(row), f.longitudeRad(col), out) == Known::yes);
+            CHECK(out.levelsAboveFinest == 0);
+            CHECK(out.heightM == Approx(grid[row * kCols + col]).margin(1e-6));
+        }
+    }
+}
+
 TEST_CASE("between posts the ground is the triangles of the 4-8 mesh")
 {
     const Fixture f;

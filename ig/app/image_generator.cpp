@@ -154,7 +154,8 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
         }
     }
     gl::releaseCompilerCode();
-    auto ground = data::HeightQuery::create(generator->_terrain.dataset());
+    auto ground =
+        data::HeightQuery::create(generator->_terrain.dataset(), {.waits = generator->_host.replays()});
     if (!ground) {
         return Unexpected{ground.error()};
     }

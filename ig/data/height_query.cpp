@@ -64,7 +64,7 @@ Result<std::unique_ptr<HeightQuery>> HeightQuery::create(const Dataset& dataset,
 HeightQuery::HeightQuery(const Dataset& dataset, const HeightQuerySettings& settings)
     : _dataset(dataset), _shape(dataset.info().shape), _slots(std::max(settings.cachePages, 2U)),
       _slotOfPage(dataset.pages().size(), kNone), _damaged(dataset.pages().size(), false),
-      _queueCapacity(std::max(settings.queuePages, 1U))
+      _queueCapacity(std::max(settings.queuePages, 1U)), _waits(settings.waits)
 {
     _queue.reserve(_queueCapacity);
 }
@@ -104,6 +104,7 @@ void HeightQuery::readPages()
             target.heights.hole = (*read)->hole;
         }
         target.state.store(good ? SlotState::ready : SlotState::failed, std::memory_order_release);
+        target.state.notify_one();
     }
 }
 
@@ -151,14 +152,17 @@ void HeightQuery::request(int32_t page)
 
 const HeightQuery::Slot* HeightQuery::resident(int32_t page, bool wanted)
 {
+    if (_slotOfPage[static_cast<size_t>(page)] == kNone && wanted && !_damaged[static_cast<size_t>(page)]) {
+        request(page);
+    }
     const int32_t number = _slotOfPage[static_cast<size_t>(page)];
     if (number == kNone) {
-        if (wanted && !_damaged[static_cast<size_t>(page)]) {
-            request(page);
-        }
         return nullptr;
     }
     Slot& slot = _slots[static_cast<size_t>(number)];
+    if (_waits && wanted) {
+        slot.state.wait(SlotState::loading, std::memory_order_acquire);
+    }
     const SlotState state = slot.state.load(std::memory_order_acquire);
     if (state == SlotState::failed) {
         _damaged[static_cast<size_t>(page)] = true;

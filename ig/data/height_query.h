@@ -25,6 +25,7 @@ namespace ig::data {
 struct HeightQuerySettings {
     uint32_t cachePages = 256; // 17 KiB each; at least 2
     uint32_t queuePages = 64;  // waiting to be read at one time
+    bool waits = false;        // answers wait for the finest page: for replay, the same in every run
 };
 
 class HeightQuery final : public GroundQueries {
@@ -85,6 +86,7 @@ private:
     std::condition_variable _work;
     std::vector<int32_t> _queue; // slots, oldest first
     size_t _queueCapacity;
+    bool _waits;
     bool _stop = false;
     std::thread _reader;
 };
