@@ -73,7 +73,6 @@ struct DrawList {
     uint64_t number = 0;               // of the contents, given by whoever keeps lists; 0: none
     std::vector<uint32_t> usedPages;   // that the items and their ancestors need: not to be evicted
     std::vector<uint32_t> wantedPages; // not resident, most urgent first; bounded
-    std::vector<uint32_t> aheadPages;  // not resident and not wanted yet, but soon; bounded
     LodStats stats;
 };
 

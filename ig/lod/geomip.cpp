@@ -83,7 +83,6 @@ void GeomipSelector::select(const ViewState& view, DrawList& out)
     out.indices.clear();
     out.usedPages.clear();
     out.wantedPages.clear();
-    out.aheadPages.clear();
     out.stats = {};
     out.stats.tauPx = _settings.tolerancePx;
     if (_slotOfPage[0] < 0) {

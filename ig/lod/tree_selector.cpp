@@ -17,9 +17,6 @@ namespace ig::lod {
 namespace {
 
 constexpr size_t kWantedCapacity = 64;
-constexpr size_t kAheadCapacity = 16;
-// Pages whose texels have grown to this share of the size at which they are needed are named ahead.
-constexpr double kAheadShare = 0.8;
 // Vertices looked at, and triangles in lists, of which about a third is in view.
 constexpr size_t kExpectedPerTriangle = 3;
 // A vertex is morphed in over at least this many frames, or not at all.
@@ -74,7 +71,6 @@ TreeSelector::TreeSelector(const TerrainShape& shape, std::span<const PageNode> 
     _drawn.reserve(slots);
     _order.reserve(slots);
     _wanted.reserve(8 * kWantedCapacity);
-    _ahead.reserve(kAheadCapacity);
 }
 
 void TreeSelector::setTriangleBudget(uint32_t triangles)
@@ -138,8 +134,6 @@ void TreeSelector::select(const ViewState& view, DrawList& out)
     out.usedPages.reserve(_graph.slots());
     out.wantedPages.clear();
     out.wantedPages.reserve(kWantedCapacity);
-    out.aheadPages.clear();
-    out.aheadPages.reserve(kAheadCapacity);
     out.stats = {};
     if (_graph.root() < 0) {
         out.wantedPages.push_back(0);
@@ -226,7 +220,6 @@ void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& sta
     _visits.clear();
     _open.clear();
     _wanted.clear();
-    _ahead.clear();
     _missingPx = 0;
     stats.tilesMissing = 0;
     const Visibility visibility(view, _shape.ellipsoid, _pages[0].minHeightM);
@@ -269,9 +262,8 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
         const double toCentreM = glm::length(below.centre - view.eye.m);
         const double ballM = below.ballM + kDiagonal * radiusM + 1e-9 * toCentreM + 1e-3;
         const double nearestM = view.frustum.parallel ? kParallelDistanceM : toCentreM - ballM;
-        const double soonM = resident ? texelledM : texelledM / kAheadShare;
         if (!(parent.open && reachM * (1.0 + 1e-9) + 1e-3 > nearestM) &&
-            soonM * (1.0 + 1e-9) < std::max(nearestM, nearM)) {
+            texelledM * (1.0 + 1e-9) < std::max(nearestM, nearM)) {
             continue;
         }
         looked[q] = visibility.meets(below.centre, ballM, parent.planes);
@@ -324,13 +316,7 @@ void TreeSelector::visitMissing(const Visit& parent, size_t quadrant, const View
     const double texelPx = _alpha * above.texelM / std::max(distance, shortestDistanceM(view));
     Visibility::PlaneMask planes = parent.planes;
     const bool needed = lacksVertices || texelPx > _settings.texelPx;
-    if ((!needed && texelPx <= kAheadShare * _settings.texelPx) || !visibility.sees(box, planes)) {
-        return;
-    }
-    if (!needed) {
-        if (_ahead.size() < kAheadCapacity) {
-            _ahead.push_back(static_cast<uint32_t>(page));
-        }
+    if (!needed || !visibility.sees(box, planes)) {
         return;
     }
     ++stats.tilesMissing;
@@ -428,7 +414,6 @@ void TreeSelector::finish(const ViewState& view, DrawList& out)
     for (size_t i = 0; i < std::min(_wanted.size(), kWantedCapacity); ++i) {
         out.wantedPages.push_back(static_cast<uint32_t>(_wanted[i].page));
     }
-    out.aheadPages.assign(_ahead.begin(), _ahead.end());
     out.morph = {static_cast<float>(_reach), static_cast<float>(std::min(_cutM, 1e30))};
     out.stats.triangles = static_cast<uint32_t>(out.indices.size() / 3);
     assert(out.stats.triangles <= _budget);

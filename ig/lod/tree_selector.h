@@ -130,7 +130,6 @@ private:
     std::vector<Visit> _visits;
     std::vector<int32_t> _open, _drawn, _order;
     std::vector<Wanted> _wanted;
-    std::vector<uint32_t> _ahead;
 };
 
 } // namespace ig::lod
