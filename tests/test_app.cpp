@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "counted_new.h"
+#include "hills_terrain.h"
 #include "hostif/cigi33.h"
 #include "ig/app/frame_schedule.h"
 #include "ig/app/frame_time_control.h"
@@ -29,38 +30,13 @@ using namespace ig;
 
 namespace {
 
-class CollectedLog final : public LogSink {
-public:
-    void write(LogLevel, std::string_view line) override { lines.emplace_back(line); }
-    std::vector<std::string> lines;
-};
+using test::CollectedLog;
+using test::openDataset;
 
 // Hills, 513 x 513 posts of 50 m.
 std::string makeDataset(const test::TempDir& dir)
 {
-    terrain::GridPlace place;
-    place.northDeg = 57.5;
-    place.westDeg = -5.0;
-    place.latitudeStepDeg = 0.00045;
-    place.longitudeStepDeg = 0.0008;
-    place.heightScaleM = 0.1;
-    place.source = "hills";
-    const std::string path = dir.file("hills.ept");
-    const auto compiled = terrain::compileHeights(
-        513, 513, place,
-        [](uint32_t col, uint32_t row) {
-            return 300.0 + 200.0 * std::sin(col * 0.11) * std::cos(row * 0.07) + 40.0 * std::sin(col * 0.9);
-        },
-        path);
-    REQUIRE(compiled);
-    return path;
-}
-
-data::Dataset openDataset(const std::string& path)
-{
-    auto dataset = data::Dataset::open(path);
-    REQUIRE(dataset);
-    return std::move(*dataset);
+    return test::makeHills(dir, 513);
 }
 
 ViewState lookNorth(const data::DatasetInfo& info, double heightM, double yawRad = 0.0)

@@ -74,16 +74,7 @@ size_t wronglyCovered(const test::TreeTerrain& terrain, const DrawList& list, co
         const auto [north, south] = std::minmax({t[0][1], t[1][1], t[2][1]});
         for (int row = north; row < south; ++row) {
             for (int col = west; col < east; ++col) {
-                // A point of the cell that no edge of a bisection meets; corners as drawn, north up.
-                const double x = col + 0.31;
-                const double y = row + 0.57;
-                int left = 0;
-                for (size_t k = 0; k < 3; ++k) {
-                    const auto& a = t[k];
-                    const auto& b = t[(k + 1) % 3];
-                    left += (b[0] - a[0]) * (a[1] - y) - (a[1] - b[1]) * (x - a[0]) > 0 ? 1 : 0;
-                }
-                covers[static_cast<size_t>(row * n + col)] += left == 3 ? 1 : 0;
+                covers[static_cast<size_t>(row * n + col)] += selftest::coversCell(t, col, row) ? 1 : 0;
             }
         }
     }

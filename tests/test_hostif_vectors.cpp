@@ -5,6 +5,7 @@
 #include "hostif/protocol.h"
 #include "hostif_bytes.h"
 #include "hostif_fields.h"
+#include "shell.h"
 
 #include <catch2/catch.hpp>
 #include <unistd.h>
@@ -216,23 +217,11 @@ void writeCapture(const std::filesystem::path& path, const std::vector<Bytes>& d
     REQUIRE(file.flush());
 }
 
-std::string output(const std::string& command)
-{
-    FILE* pipe = ::popen(command.c_str(), "r");
-    REQUIRE(pipe != nullptr);
-    std::string text;
-    std::array<char, 4096> buffer{};
-    while (const size_t size = std::fread(buffer.data(), 1, buffer.size(), pipe))
-        text.append(buffer.data(), size);
-    ::pclose(pipe);
-    return text;
-}
-
 } // namespace
 
 TEST_CASE("Wireshark reads what we write as CIGI 3, without a complaint")
 {
-    if (output("command -v tshark 2>/dev/null").empty()) {
+    if (test::outputOf("command -v tshark 2>/dev/null").empty()) {
         std::cout << "skipped: tshark is not installed\n";
         return;
     }
@@ -285,7 +274,7 @@ TEST_CASE("Wireshark reads what we write as CIGI 3, without a complaint")
         std::filesystem::temp_directory_path() / ("eyepoint_test_" + std::to_string(::getpid()) + ".pcap");
     writeCapture(capture, datagrams);
     const std::string read = "tshark -r " + capture.string() + " -d udp.port==8000,cigi ";
-    const std::string fields = output(
+    const std::string fields = test::outputOf(
         read +
         "-T fields -E separator=' ' -e cigi.ig_control.db_number -e cigi.ig_control.host_frame_number "
         "-e cigi.entity_control.lat_xoff -e cigi.entity_control.yaw -e cigi.view_control.zoff "
@@ -294,8 +283,8 @@ TEST_CASE("Wireshark reads what we write as CIGI 3, without a complaint")
     const std::string host = "5 4711 -12.25 123.5 -1.5 22.5 5   \n";
     const std::string answer = "       -5 815 4711\n";
     CHECK(fields == host + answer + host + answer);
-    CHECK(output(read + "-Y cigi -T fields -e frame.number 2>/dev/null | wc -l") == "16\n");
-    CHECK(output(read + "-Y _ws.expert 2>/dev/null") == "");
-    CHECK(output(read + "-Y _ws.malformed 2>/dev/null") == "");
+    CHECK(test::outputOf(read + "-Y cigi -T fields -e frame.number 2>/dev/null | wc -l") == "16\n");
+    CHECK(test::outputOf(read + "-Y _ws.expert 2>/dev/null") == "");
+    CHECK(test::outputOf(read + "-Y _ws.malformed 2>/dev/null") == "");
     std::filesystem::remove(capture);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Pages that are loaded while frames are drawn: order, eviction, slow and damaged disks, prefetch.
 #include "counted_new.h"
+#include "hills_terrain.h"
 #include "ig/app/terrain_view.h"
 #include "ig/data/page_loader.h"
 #include "ig/data/page_slots.h"
@@ -26,37 +27,13 @@ using namespace ig;
 
 namespace {
 
-class CollectedLog final : public LogSink {
-public:
-    void write(LogLevel, std::string_view line) override { lines.emplace_back(line); }
-    std::vector<std::string> lines;
-};
+using test::CollectedLog;
+using test::openDataset;
 
 // Hills, 1025 x 1025 posts of 50 m: pages of depth 0 .. 4, 341 of them.
 std::string makeDataset(const test::TempDir& dir)
 {
-    terrain::GridPlace place;
-    place.northDeg = 57.5;
-    place.westDeg = -5.0;
-    place.latitudeStepDeg = 0.00045;
-    place.longitudeStepDeg = 0.0008;
-    place.heightScaleM = 0.1;
-    place.source = "hills";
-    const std::string path = dir.file("hills.ept");
-    REQUIRE(terrain::compileHeights(
-        1025, 1025, place,
-        [](uint32_t col, uint32_t row) {
-            return 300.0 + 200.0 * std::sin(col * 0.11) * std::cos(row * 0.07) + 40.0 * std::sin(col * 0.9);
-        },
-        path));
-    return path;
-}
-
-data::Dataset openDataset(const std::string& path)
-{
-    auto dataset = data::Dataset::open(path);
-    REQUIRE(dataset);
-    return std::move(*dataset);
+    return test::makeHills(dir, 1025);
 }
 
 // From a post of the grid.

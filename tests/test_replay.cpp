@@ -5,6 +5,7 @@
 #include "hostif/recorder.h"
 #include "hostif/session.h"
 #include "hostif/udp_capture.h"
+#include "shell.h"
 #include "temp_dir.h"
 #include "tools/replay/capture.h"
 #include "tools/replay/frame_hashes.h"
@@ -40,18 +41,6 @@ void writeFile(const std::string& path, const Bytes& bytes)
     std::ofstream file(path, std::ios::binary);
     file.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
     REQUIRE(file.flush());
-}
-
-std::string output(const std::string& command)
-{
-    FILE* pipe = ::popen(command.c_str(), "r");
-    REQUIRE(pipe != nullptr);
-    std::string text;
-    std::array<char, 4096> buffer{};
-    while (const size_t size = std::fread(buffer.data(), 1, buffer.size(), pipe))
-        text.append(buffer.data(), size);
-    ::pclose(pipe);
-    return text;
 }
 
 PacketKind kindOf(LinkType link, const Bytes& bytes)
@@ -314,16 +303,17 @@ TEST_CASE("what is recorded is read back, IPv4 and IPv6, from nothing to the lar
     }
     CHECK_FALSE(*capture->next(got));
 
-    if (output("command -v tshark 2>/dev/null").empty()) {
+    if (test::outputOf("command -v tshark 2>/dev/null").empty()) {
         std::cout << "skipped: tshark is not installed\n";
         return;
     }
     const std::string read = "tshark -r " + path + " -o ip.check_checksum:TRUE -o udp.check_checksum:TRUE ";
-    CHECK(output(read + "-Y 'udp.checksum.status == 1' -T fields -e frame.number 2>/dev/null | wc -l") ==
+    CHECK(test::outputOf(read +
+                         "-Y 'udp.checksum.status == 1' -T fields -e frame.number 2>/dev/null | wc -l") ==
           "10\n");
-    CHECK(output(read + "-Y 'ip.checksum.status == 1' -T fields -e frame.number 2>/dev/null | wc -l") ==
-          "5\n");
-    CHECK(output(read + "-Y _ws.malformed 2>/dev/null") == "");
+    CHECK(test::outputOf(
+              read + "-Y 'ip.checksum.status == 1' -T fields -e frame.number 2>/dev/null | wc -l") == "5\n");
+    CHECK(test::outputOf(read + "-Y _ws.malformed 2>/dev/null") == "");
 }
 
 TEST_CASE("a recorder never waits for the disk: what finds no room is dropped, and the file stays whole")

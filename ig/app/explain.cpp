@@ -208,8 +208,9 @@ public:
         draw.cost.changedPixels = 0;
         out.parts.push_back(std::move(draw));
 
-        const auto pixels = static_cast<size_t>(_settings.view.width * _settings.view.height);
-        Part depth{"depth plane", _plan.depthPlane, fmt::format("output.depth is {}", _plan.depthPlane), {}};
+        const config::View view = config::viewsOf(_settings).front();
+        const auto pixels = static_cast<size_t>(view.width * view.height);
+        Part depth{"depth plane", view.depth, fmt::format("output.depth is {}", view.depth), {}};
         if (_context.info().readDepth) {
             std::vector<float> plane(pixels);
             std::vector<int64_t> times;
@@ -226,11 +227,11 @@ public:
         }
         out.parts.push_back(std::move(depth));
 
+        const bool timeControl = _settings.terrain.frameTimeMs > 0;
         Part control{"control by frame time",
-                     _plan.timeControl,
-                     _plan.timeControl
-                         ? fmt::format("terrain.frame_time_ms is {:g}", _settings.terrain.frameTimeMs)
-                         : "terrain.frame_time_ms is 0",
+                     timeControl,
+                     timeControl ? fmt::format("terrain.frame_time_ms is {:g}", _settings.terrain.frameTimeMs)
+                                 : "terrain.frame_time_ms is 0",
                      {}};
         FrameTimeControl steering({10.0, 512, 24'000}, _scene->terrain().info().shape.ellipsoid);
         std::vector<int64_t> times;
@@ -258,8 +259,8 @@ public:
             (std::filesystem::temp_directory_path(error) / "eyepoint-explain-XXXXXX").string();
         if (output.sinks.empty() && mkdtemp(folder.data()) != nullptr) {
             out::SinkFormat format;
-            format.widthPx = static_cast<int>(_settings.view.width);
-            format.heightPx = static_cast<int>(_settings.view.height);
+            format.widthPx = _plan.renderer.widthPx;
+            format.heightPx = _plan.renderer.heightPx;
             format.clockNs = steadyNs;
             sinks.cost.threads = threadsOf([&] { return out::makeSink("png:" + folder, format); });
             std::filesystem::remove_all(folder, error);

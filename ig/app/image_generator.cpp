@@ -170,10 +170,7 @@ Plan ImageGenerator::plan(const config::Settings& settings, const data::Dataset&
     Plan plan;
     plan.renderer = rendererSettings(settings, dataset);
     plan.terrain = terrainSettings(settings, dataset.pages().size());
-    const config::View first = config::viewsOf(settings).front();
-    plan.firstView = idleView(dataset.info(), settings, first);
-    plan.depthPlane = first.depth;
-    plan.timeControl = settings.terrain.frameTimeMs > 0;
+    plan.firstView = idleView(dataset.info(), settings, config::viewsOf(settings).front());
     return plan;
 }
 

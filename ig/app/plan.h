@@ -14,9 +14,7 @@ struct Plan {
     // some, what moves vertices where the method does, hardly more slots than there are pages.
     gl::RendererSettings renderer;
     TerrainSettings terrain;
-    ViewState firstView;      // until the host says where the ownship is
-    bool depthPlane = false;  // read back, and memory for it
-    bool timeControl = false; // the budget follows the frame time
+    ViewState firstView; // until the host says where the ownship is; of several views the first
 };
 
 } // namespace ig::app

@@ -2,6 +2,7 @@
 #include "ig/lod/page_graph.h"
 
 #include "ig/lod/bisection.h"
+#include "ig/lod/page_reach.h"
 #include "ig/lod/vertex_error.h"
 
 #include <glm/geometric.hpp>
@@ -47,7 +48,9 @@ void PageGraph::add(uint32_t page, uint32_t number, const PageData& data)
     slot.originRow = static_cast<uint8_t>(kPageIntervals * (node.y & 1U));
     slot.depth = node.depth;
     slot.vertices.set(_shape, node, data);
-    findLargest(slot, data);
+    const PageReach reach = pageReach(node.depth == 0, data.errorCode, data.radiusCode);
+    slot.largestErrorM = reach.errorM;
+    slot.largestRadiusM = reach.radiusM;
     slot.parent = -1;
     slot.child.fill(-1);
     _slotOfPage[page] = static_cast<int32_t>(number);
@@ -83,20 +86,6 @@ void PageGraph::add(uint32_t page, uint32_t number, const PageData& data)
 TileBox PageGraph::boxOf(const PageNode& node) const noexcept
 {
     return tileBox(_shape, {node.depth, node.x, node.y}, node.minHeightM, node.maxHeightM);
-}
-
-void PageGraph::findLargest(Slot& slot, const PageData& data) noexcept
-{
-    uint8_t error = 0;
-    uint8_t radius = 0;
-    for (size_t i = 0; i < data.errorCode.size(); ++i) {
-        if (slot.depth == 0 || (i % kPagePosts | i / kPagePosts) % 2 != 0) {
-            error = std::max(error, data.errorCode[i]);
-            radius = std::max(radius, data.radiusCode[i]);
-        }
-    }
-    slot.largestErrorM = decodeM(error);
-    slot.largestRadiusM = decodeRadiusM(radius);
 }
 
 void PageGraph::remove(uint32_t number)

@@ -133,7 +133,6 @@ private:
         }
     }
     TileBox boxOf(const PageNode& node) const noexcept;
-    static void findLargest(Slot& slot, const PageData& data) noexcept;
     VertexId centreAcross(int32_t slot, int col, int row) const noexcept;
     int32_t pageAt(int depth, int64_t x, int64_t y) const noexcept;
 

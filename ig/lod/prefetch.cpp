@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "ig/lod/prefetch.h"
 
+#include "ig/lod/tree_selector.h"
 #include "ig/lod/vertex_error.h"
 
 #include <glm/geometric.hpp>
@@ -26,8 +27,7 @@ constexpr double kNewest = 0.25;
 constexpr double kErrorMargin = 1.03;
 // Of whole tiles it moves in steps: a few tiles are all of the budget.
 constexpr double kTileErrorMargin = 2.0;
-// As TreeSettings.
-constexpr double kTexelPx = 3.0;
+constexpr double kTexelPx = TreeSettings{}.texelPx;
 // In this order, and in each by how far into its reach a page is.
 constexpr double kNowPriority = 0.0;    // wanted, or would be if it were not there
 constexpr double kMotionPriority = 1.0; // will be, if the eye goes on like that
@@ -53,20 +53,6 @@ const TileBox& Prefetch::boxOf(uint32_t page)
                   tileBox(_shape, {node.depth, node.x, node.y}, node.minHeightM, node.maxHeightM)};
     }
     return cached.box;
-}
-
-PageReach pageReach(bool isRoot, std::span<const uint8_t> errorCode, std::span<const uint8_t> radiusCode)
-{
-    uint8_t error = 0;
-    uint8_t radius = 0;
-    for (size_t row = 0; row < kPagePosts; ++row) {
-        const size_t step = isRoot || row % 2 != 0 ? 1 : 2;
-        for (size_t col = step - 1; col < kPagePosts; col += step) {
-            error = std::max(error, errorCode[row * kPagePosts + col]);
-            radius = std::max(radius, radiusCode[row * kPagePosts + col]);
-        }
-    }
-    return {decodeM(error), decodeM(radius)};
 }
 
 // Returns whether this is no flight but a jump.
@@ -115,8 +101,8 @@ bool Prefetch::plan(const ViewState& view, float tauPx, std::span<const int32_t>
     }
     const ViewState later = expectedView();
     const double lowestM = _pages[0].minHeightM;
-    const Look look{view.eye,
-                    later.eye,
+    const Look look{view,
+                    later,
                     Visibility(view, _shape.ellipsoid, lowestM),
                     Visibility(later, _shape.ellipsoid, lowestM),
                     pixelsPerRadian(view),
@@ -178,8 +164,8 @@ void Prefetch::addChildren(const Candidate parent, const Look& look)
 
 std::optional<double> Prefetch::priorityOf(TileBox box, double withinM, const Look& look)
 {
-    const double nowM = distanceM(box, look.eyeNow);
-    const double thenM = distanceM(box, look.eyeThen);
+    const double nowM = distanceM(box, look.viewNow);
+    const double thenM = distanceM(box, look.viewThen);
     const double share = std::min(nowM, thenM) / withinM;
     if (!(share < 1.0)) {
         return std::nullopt;

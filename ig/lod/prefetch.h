@@ -14,6 +14,7 @@
 #include "ig/geo/view_state.h"
 #include "ig/lod/bounds.h"
 #include "ig/lod/make_selector.h"
+#include "ig/lod/page_reach.h"
 #include "ig/lod/terrain_shape.h"
 
 #include <cstdint>
@@ -22,15 +23,6 @@
 #include <vector>
 
 namespace ig::lod {
-
-// What decides about the pages below one that is resident: the largest error and ball among the vertices that
-// it introduces.
-struct PageReach {
-    double errorM = 0;
-    double radiusM = 0;
-};
-// isRoot: the page introduces all of its posts. O(posts).
-PageReach pageReach(bool isRoot, std::span<const uint8_t> errorCode, std::span<const uint8_t> radiusCode);
 
 class Prefetch {
 public:
@@ -66,7 +58,8 @@ private:
 
     // The view that is planned for, and what of the terrain is there.
     struct Look {
-        EcefPos eyeNow, eyeThen;
+        const ViewState& viewNow;
+        const ViewState& viewThen;
         Visibility now, then;
         double pixels; // per radian
         double reach;  // alpha / tau

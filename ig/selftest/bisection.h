@@ -45,6 +45,21 @@ inline double morphWeight(const lod::MorphState& morph, uint8_t errorCode, uint8
     return std::clamp(std::min(far, cut), 0.0, 1.0);
 }
 
+// Whether a triangle of the grid, corners as drawn with north up, covers a cell: by a point of the cell that
+// no edge of a bisection meets.
+inline bool coversCell(const std::array<Post, 3>& t, int col, int row)
+{
+    const double x = col + 0.31;
+    const double y = row + 0.57;
+    int left = 0;
+    for (size_t k = 0; k < 3; ++k) {
+        const Post& a = t[k];
+        const Post& b = t[(k + 1) % 3];
+        left += (b[0] - a[0]) * (a[1] - y) - (a[1] - b[1]) * (x - a[0]) > 0 ? 1 : 0;
+    }
+    return left == 3;
+}
+
 // Calls each(col, row, u, v) for every post inside a triangle of the grid, clamped to cols x rows: the post
 // is corner 0 times (1 - u - v), corner 1 times u, corner 2 times v.
 template <class Each>

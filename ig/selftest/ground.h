@@ -49,7 +49,6 @@ public:
     // The grid's extent from north to south along the ground, m.
     double extentM() const noexcept;
     double largestHeightM() const noexcept { return info().maxHeightM; }
-    double smallestHeightM() const noexcept { return info().minHeightM; }
 
     // With every page resident, its slot the page's number.
     std::unique_ptr<lod::Selector> selector(const lod::SelectionSettings& settings) const;

@@ -62,8 +62,6 @@ public:
 
     LinkPhase phase() const { return _phase; }
     bool allAcknowledged() const { return _waiting.empty(); }
-    // The image generator's last word; default values before the first.
-    const hostif::StartOfFrame& lastStartOfFrame() const { return _sof; }
     LinkStats stats() const;
 
 private:

@@ -51,9 +51,6 @@ public:
     // A deepest page; kept once it was read. nullptr: it is damaged.
     const FullPage* page(uint32_t number);
 
-    // The page's posts lie in it.
-    const Sphere& sphereOf(uint32_t page) const noexcept { return _sphere[page]; }
-
 private:
     const ig::data::Dataset& _dataset;
     ig::data::PageReader _reader;
