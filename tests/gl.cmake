@@ -15,6 +15,7 @@ target_include_directories(frames_in_c PRIVATE ${PROJECT_SOURCE_DIR}/ig/out)
 target_compile_options(frames_in_c PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
 add_test(NAME frames_in_c COMMAND frames_in_c)
 set_tests_properties(frames_in_c PROPERTIES LABELS "unit" TIMEOUT 60)
+add_dependencies(quick_tests frames_in_c)
 ig_test(test_tile_indices SOURCES ${PROJECT_SOURCE_DIR}/tests/gl/test_tile_indices.cpp LIBS ig::gl)
 
 # Render tests have a main of their own, which returns 77 where no context can be made.
@@ -33,6 +34,7 @@ target_compile_definitions(test_gl PRIVATE
 target_link_libraries(test_gl PRIVATE ig::gl ig::out Catch2::Catch2 ig_flags)
 add_test(NAME test_gl COMMAND test_gl)
 set_tests_properties(test_gl PROPERTIES LABELS gl SKIP_RETURN_CODE 77 TIMEOUT 300)
+add_dependencies(quick_tests test_gl)
 
 # What the benchmarks of drawing stand on: synthetic scenes and the static yardstick.
 add_library(gl_stage STATIC ${gl_test_dir}/stage.cpp ${gl_test_dir}/tree_stage.cpp ${PROJECT_SOURCE_DIR}/tests/bench/static_mesh.cpp)

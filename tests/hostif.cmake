@@ -31,6 +31,7 @@ foreach(target IN LISTS fuzz_targets)
   add_test(NAME ${target}_corpus
     COMMAND ${target}_corpus ${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus/${target})
   set_tests_properties(${target}_corpus PROPERTIES LABELS "unit;fuzz" TIMEOUT 60)
+  add_dependencies(quick_tests ${target}_corpus)
   if(EYEPOINT_FUZZ)
     add_executable(${target} fuzz/${target}.cpp)
     set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)

@@ -11,7 +11,7 @@ tools/install_packages.sh --tests
 
 jobs=${JOBS:-$(nproc)}
 # Seconds for each fuzz target.
-fuzz_seconds=${FUZZ_SECONDS:-60}
+fuzz_seconds=${FUZZ_SECONDS:-45}
 
 step() { printf '\n== %s\n' "$*"; }
 
@@ -31,10 +31,10 @@ ctest --preset dev
 step "options: the smallest image generator, then with one more at a time"
 tools/check_options.sh build/dev/bin
 
-build asan
-step "asan: test"
 # Without the benchmarks and the whole programs, which would take minutes.
-ctest --preset asan -LE slow
+build asan --target quick_tests
+step "asan: test"
+ctest --preset asan -LE slow --parallel "$jobs"
 
 tsan_tests='test_height_query test_out test_paging test_receipts test_replay test_service test_shm_ring test_terrain_compiler'
 # shellcheck disable=SC2086 # a list of targets
