@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "counted_new.h"
 
-#include <atomic>
 #include <cstdlib>
 #include <new>
 
 namespace {
 
-std::atomic<size_t> count{0};
+thread_local size_t count = 0;
 
 void* allocate(size_t size, size_t alignment) noexcept
 {

@@ -6,7 +6,7 @@
 
 namespace test {
 
-// Calls of any form of operator new so far.
+// Calls of any form of operator new by this thread so far: other threads may allocate meanwhile.
 size_t allocations() noexcept;
 
 } // namespace test

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <string>
 
@@ -248,6 +249,49 @@ TEST_CASE("live ranges change nothing but the work: the same lists in each frame
             }
         }
     }
+}
+
+TEST_CASE("entries that are void before their time make room, and the active set stays what it has to be")
+{
+    const test::TreeTerrain& terrain = terrains().front().terrain;
+    const auto slots = static_cast<uint32_t>(terrain.pages.size());
+    struct Tree {
+        PageGraph graph;
+        VertexTree tree;
+        explicit Tree(const test::TreeTerrain& t, uint32_t count)
+            : graph(t.shape, t.pages, count), tree(graph, false, 0)
+        {
+            for (uint32_t page = 0; page < count; ++page) {
+                const test::TreePage& data = t.data[page];
+                const PageData given{data.height, 0.1, 0.0, data.errorCode, data.radiusCode};
+                graph.add(page, page, given);
+                tree.addPage(page, given);
+            }
+        }
+    };
+    Tree live(terrain, slots);
+    Tree plain(terrain, slots);
+    std::vector<int32_t> open(slots);
+    std::iota(open.begin(), open.end(), 0);
+    const ViewState view = test::look(test::at(terrain.shape, 64, 64, 900), {0.5, -0.3, 0});
+    VertexTree::Criteria criteria{view.eye.m, frustumPlanes(view), 300.0, 0.0, 0.0};
+    uint64_t evaluated = 0;
+    for (int frame = 0; frame < 500; ++frame) {
+        if (frame < 400) { // no time passes, and whoever lies between the cuts is looked at
+            criteria.cutM = frame % 2 == 0 ? 1.0 : 2.0;
+        } else { // their live ranges end
+            criteria.eye += glm::dvec3(0, 0, 5);
+        }
+        live.tree.update(criteria, 0.0, open, false);
+        plain.tree.update(criteria, 0.0, open, true);
+        evaluated += live.tree.evaluated();
+        for (VertexId v = 0; v < slots * kPagePostTotal; ++v) {
+            if (live.tree.isActive(v) != plain.tree.isActive(v)) {
+                FAIL("vertex " << v << " in frame " << frame);
+            }
+        }
+    }
+    CHECK(evaluated > 2 * 4096 * 9); // twice what the ring has room for at first
 }
 
 TEST_CASE("a vertex moves only between corners that stand still")

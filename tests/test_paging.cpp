@@ -504,6 +504,52 @@ TEST_CASE(
     CHECK(mostMissing <= lod::Prefetch::kMaxMissing);
 }
 
+TEST_CASE("the frame thread allocates nothing in a flight, whatever the view, the budget and the pages do")
+{
+    const test::TempDir dir;
+    const std::string path = makeDataset(dir);
+    const auto fly = [&path](lod::Method method, bool waits) {
+        CAPTURE(static_cast<int>(method), waits);
+        CollectedLog log;
+        app::TerrainSettings settings = smallSettings();
+        settings.selection.method = method;
+        settings.selection.tolerancePx = 0.5F;
+        settings.pageSlots = 140; // of 341
+        settings.waitForPages = waits;
+        gl::NullRenderer renderer = nullRenderer(settings);
+        app::TerrainResidency terrain(openDataset(path), settings, renderer, log);
+        app::TerrainView view(terrain, settings.selection, renderer);
+        REQUIRE(view.preload(viewFrom(terrain.info(), 500, 500, 0)));
+        uint32_t pageIns = 0;
+        size_t allocated = 0;
+        for (int i = 0; i < 240 || pageIns == 0; ++i) {
+            // Turns on the spot, flies, shakes, jumps; through a wide lens and a long one.
+            const int leg = i / 24 % 10;
+            ViewState state = viewFrom(terrain.info(), 900 - 80 * leg, 100 + 80 * leg + leg % 3 * (i % 24),
+                                       0.05 * (i % 24) + (i % 5 == 0 ? 0.3 : 0.0));
+            if (leg % 4 == 1) {
+                state.frustum = {-0.05, 0.05, -0.03, 0.03, 0.5};
+            } else if (leg % 4 == 2) {
+                state.frustum = {-3.0, 3.0, -2.0, 2.0, 0.5};
+            }
+            app::FrameStats stats;
+            const size_t before = test::allocations();
+            view.setTriangleBudget(i % 7 < 4 ? 12'000 : 3'000);
+            view.draw(state, stats);
+            allocated += test::allocations() - before;
+            pageIns += stats.pageIns;
+        }
+        CHECK(allocated == 0);
+        CHECK((!waits || pageIns > settings.pageSlots)); // pages have come and gone
+        CHECK(renderer.counts().badTiles == 0);
+        CHECK(renderer.counts().badLists == 0);
+    };
+    for (const lod::Method method : {lod::Method::geomip, lod::Method::bintree, lod::Method::hybrid}) {
+        fly(method, false);
+        fly(method, true);
+    }
+}
+
 TEST_CASE("a limit in bytes gives slots: some at least, no more than there are pages")
 {
     const uint64_t page = app::residentPageBytes(gl::Morph::lists);

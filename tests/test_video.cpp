@@ -245,7 +245,7 @@ TEST_CASE("the shipped set-up for RTP is received and decoded as its SDP file sa
     pipeline.replace(pipeline.find("port=" + port), 5 + port.size(), "port=" + freePort);
     Receiver receiver("udpsrc address=127.0.0.1 port=" + freePort +
                       " caps=\"application/x-rtp,media=video,encoding-name=H264,clock-rate=90000,payload=" +
-                      type + "\" ! rtph264depay ! avdec_h264");
+                      type + "\" ! rtph264depay ! avdec_h264 ! video/x-raw,format=I420");
     const auto sink = sinkFor(pipeline);
     // Orange first, then blue: both are to come through, in this order.
     const auto orange = plain(230, 120, 20);
@@ -268,6 +268,37 @@ TEST_CASE("the shipped set-up for RTP is received and decoded as its SDP file sa
     }
     CHECK(orangeSeen >= 3);
     CHECK(blueSeen == 3);
+    CHECK(sink->close());
+}
+
+TEST_CASE("a key picture of the set-up for RTP is one slice, and comes with its parameter sets")
+{
+    if (lacks({"videoconvert", "videoscale", "x264enc", "rtph264pay", "udpsink"}, kPlugins + " and -ugly")) {
+        return;
+    }
+    const auto settings = config::load(EYEPOINT_SOURCE_DIR "/config/video-rtp.toml");
+    REQUIRE(settings);
+    const UdpReceiver receiver;
+    const std::string pipeline =
+        std::regex_replace(settings->output.sinks[0].substr(4), std::regex("port=[0-9]+"),
+                           "port=" + std::to_string(receiver.port));
+    // Large enough for an encoder that makes a slice of each thread.
+    const auto sink = sinkFor("videoscale ! video/x-raw,width=1280,height=720 ! " + pipeline);
+    REQUIRE(writeOne(*sink, 0, plain(9, 99, 199), kStartNs));
+    std::array<int, 32> units{}; // by type: RFC 6184, 1.3
+    for (bool isLast = false; !isLast;) {
+        const std::vector<uint8_t> packet = receiver.next();
+        REQUIRE(packet.size() >= 14);
+        constexpr int kFragment = 28; // FU-A: the type is in the next byte, whose first bit marks the start
+        const bool isFragment = (packet[12] & 31) == kFragment;
+        if (!isFragment || (packet[13] & 128) != 0) {
+            ++units[packet[isFragment ? 13 : 12] & 31];
+        }
+        isLast = (packet[1] & 128) != 0;
+    }
+    CHECK(units[7] > 0);  // sequence parameter set
+    CHECK(units[8] > 0);  // picture parameter set
+    CHECK(units[5] == 1); // slice of a key picture
     CHECK(sink->close());
 }
 

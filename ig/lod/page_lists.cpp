@@ -25,16 +25,19 @@ constexpr float kRoundingShare = 1e-6F;
 
 } // namespace
 
-PageLists::PageLists(const PageGraph& graph, const VertexTree& tree, size_t expected)
+PageLists::PageLists(const PageGraph& graph, const VertexTree& tree)
     : _graph(graph), _tree(tree), _pages(graph.slots())
 {
     for (size_t code = 0; code < _codeM.size(); ++code) {
         _codeM[code] = decodeM(static_cast<uint8_t>(code));
     }
     _drawn.reserve(graph.slots());
-    _clusters.reserve(expected / (kClusterTriangles / 2));
-    _indices.reserve(expected / (kClusterTriangles / 2));
-    _visible.reserve(expected / (kClusterTriangles / 2));
+    // The windows that n drawn pages draw by themselves: 16 of each, less the four of its parent that each
+    // but the root draws.
+    const size_t windows = size_t{12} * graph.slots() + 4;
+    _clusters.reserve(windows * kWindowClusters + graph.slots() * kTopClusters);
+    _indices.reserve(_clusters.capacity());
+    _visible.reserve(kTop * kWindowClusters + kTopClusters);
 }
 
 void PageLists::update(std::span<const int32_t> drawn)
@@ -65,7 +68,7 @@ void PageLists::update(std::span<const int32_t> drawn)
             markQuadrant(slot);
         }
         page.wasDrawn = false;
-        page.dirty |= _tree.startedOver() ? kAllLists : 0U;
+        page.dirty |= _tree.allChanged() ? kAllLists : 0U;
     }
     for (const VertexId v : _tree.changed()) {
         markAround(v);

@@ -19,8 +19,10 @@ namespace ig::lod {
 
 class PageLists {
 public:
-    // graph and tree must outlive the lists. expected: triangles that memory is taken for at once.
-    PageLists(const PageGraph& graph, const VertexTree& tree, size_t expected);
+    // graph and tree must outlive the lists. All memory is taken here, for every triangle that the slots'
+    // pages can have: 42 KiB of addresses for each. What is touched of it follows the triangles that there
+    // are.
+    PageLists(const PageGraph& graph, const VertexTree& tree);
 
     // After an update of the tree: the slots drawn now, parents before children, the root first.
     void update(std::span<const int32_t> drawn);
@@ -49,7 +51,12 @@ private:
     static constexpr uint32_t kClusterTriangles = 32;
     static constexpr uint32_t kNone = UINT32_MAX;
     static constexpr size_t kTop = 16; // the list of what is in no window
-    using ListMask = uint32_t;         // a bit per list
+    // Most clusters of a list: a window of 16 x 16 intervals has 512 triangles at most, and what is in no
+    // window comes from three bisections of the page's two triangles at most.
+    static constexpr size_t kWindowClusters = size_t{2} * 16 * 16 / kClusterTriangles;
+    static constexpr size_t kTopClusters = 1;
+    static_assert(2 << 3 <= kClusterTriangles);
+    using ListMask = uint32_t; // a bit per list
     static constexpr ListMask kAllLists = (1U << (kTop + 1)) - 1;
 
     // Apart from its indices, which only those in view are asked for.

@@ -17,7 +17,7 @@ namespace ig::lod {
 namespace {
 
 constexpr size_t kWantedCapacity = 64;
-// Vertices looked at, and triangles in lists, of which about a third is in view.
+// Vertices looked at: about a third is in view.
 constexpr size_t kExpectedPerTriangle = 3;
 // A vertex is morphed in over at least this many frames, or not at all.
 constexpr double kMorphFrames = 4.0;
@@ -63,7 +63,7 @@ TreeSelector::TreeSelector(const TerrainShape& shape, std::span<const PageNode> 
     : _shape(shape), _pages(pages), _settings(settings), _budget(settings.triangleBudget),
       _graph(shape, pages, slots),
       _tree(_graph, settings.cullVertices, kExpectedPerTriangle * settings.triangleBudget),
-      _lists(_graph, _tree, kExpectedPerTriangle * settings.triangleBudget)
+      _lists(_graph, _tree)
 {
     assert(settings.triangleBudget >= kSmallestTreeBudget);
     _visits.reserve(slots);

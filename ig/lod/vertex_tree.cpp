@@ -35,7 +35,9 @@ VertexTree::VertexTree(PageGraph& graph, bool cullVertices, size_t expected)
         _radiusM[code] = decodeRadiusM(static_cast<uint8_t>(code));
     }
     _bucket.fill(kNoChunk);
-    _chunks.reserve(kBuckets + expected / 4);
+    // A bucket has at most one chunk that is not full, and a vertex one entry that is not void.
+    _chunks.reserve(kBuckets + _vertex.size() / Chunk::kCapacity);
+    _mostChunks = std::min(_chunks.capacity(), kBuckets + expected / 4);
     _changed.reserve(expected);
     _open.reserve(graph.slots());
     _sorted.reserve(graph.slots());
@@ -69,16 +71,16 @@ void VertexTree::clear()
     _freeChunk = kNoChunk;
     _now = 0;
     _taken = 0;
-    _startedOver = true;
 }
 
 void VertexTree::update(const Criteria& criteria, double turnRad, std::span<const int32_t> openSlots,
                         bool everything)
 {
     _changed.clear();
-    _startedOver = false;
+    const bool startsOver = everything || _fresh;
+    _allChanged = startsOver;
     _evaluated = 0;
-    if (everything || _fresh) {
+    if (startsOver) {
         clear();
         _kappaPerTick = std::max(criteria.reach * kReachSharePerTick, 1e-9);
         _fresh = false;
@@ -91,7 +93,7 @@ void VertexTree::update(const Criteria& criteria, double turnRad, std::span<cons
         _reachM[code] = criteria.reach * _codeM[code];
     }
 
-    if (!_startedOver && std::ranges::equal(openSlots, _given)) {
+    if (!startsOver && std::ranges::equal(openSlots, _given)) {
         lookAgain(oldCutM);
         putAll();
         return;
@@ -112,7 +114,7 @@ void VertexTree::update(const Criteria& criteria, double turnRad, std::span<cons
         }
     }
     std::erase_if(_open, [this](int32_t slot) { return !_graph[slot].open; });
-    if (!_startedOver) {
+    if (!startsOver) {
         lookAgain(oldCutM);
     }
     std::sort(_sorted.begin(), _sorted.end(), [this](int32_t a, int32_t b) {
@@ -240,17 +242,19 @@ void VertexTree::takeBucket(size_t bucket, uint8_t lastPart)
     uint32_t at = _bucket[bucket];
     _bucket[bucket] = kNoChunk;
     while (at != kNoChunk) {
-        const Chunk chunk = _chunks[at]; // new entries may move the chunks
-        _chunks[at].next = _freeChunk;
-        _freeChunk = at;
+        const Chunk chunk = _chunks[at]; // new entries may take its place
+        freeChunk(at);
         for (uint8_t i = 0; i < chunk.count; ++i) {
             __builtin_prefetch(&_vertex[chunk.vertex[i]]);
         }
         for (uint8_t i = 0; i < chunk.count; ++i) {
             const VertexId v = chunk.vertex[i];
+            if (isVoid(chunk, i)) {
+                continue;
+            }
             if (chunk.part[i] > lastPart) {
                 put({v, static_cast<uint16_t>(bucket), chunk.part[i], chunk.version[i]});
-            } else if (chunk.version[i] == _vertex[v].version && (_vertex[v].flags & kEnabled) != 0) {
+            } else {
                 evaluate(v);
             }
         }
@@ -315,9 +319,15 @@ void VertexTree::evaluate(VertexId v)
 
 void VertexTree::noteChange(VertexId v)
 {
-    if (!_startedOver) {
-        _changed.push_back(v);
+    if (_allChanged) {
+        return;
     }
+    if (_changed.size() == _changed.capacity()) {
+        _changed.clear();
+        _allChanged = true;
+        return;
+    }
+    _changed.push_back(v);
 }
 
 void VertexTree::activate(VertexId v)
@@ -390,23 +400,83 @@ void VertexTree::putAll()
 
 void VertexTree::put(const Due& due)
 {
-    uint32_t at = _bucket[due.bucket];
-    if (at == kNoChunk || _chunks[at].count == Chunk::kCapacity) {
-        if (_freeChunk == kNoChunk) {
-            _freeChunk = static_cast<uint32_t>(_chunks.size());
-            _chunks.emplace_back();
+    if (needsChunk(due.bucket)) {
+        if (!hasChunk()) {
+            dropVoid();
         }
-        at = _freeChunk;
-        _freeChunk = _chunks[at].next;
-        _chunks[at].next = _bucket[due.bucket];
-        _chunks[at].count = 0;
-        _bucket[due.bucket] = at;
+        if (needsChunk(due.bucket)) {
+            if (!hasChunk()) { // only if versions have gone round while entries waited
+                _fresh = true;
+                return;
+            }
+            addChunk(due.bucket);
+        }
     }
-    Chunk& chunk = _chunks[at];
+    Chunk& chunk = _chunks[_bucket[due.bucket]];
     chunk.vertex[chunk.count] = due.vertex;
     chunk.part[chunk.count] = due.part;
     chunk.version[chunk.count] = due.version;
     ++chunk.count;
+}
+
+bool VertexTree::needsChunk(uint16_t bucket) const noexcept
+{
+    const uint32_t at = _bucket[bucket];
+    return at == kNoChunk || _chunks[at].count == Chunk::kCapacity;
+}
+
+void VertexTree::addChunk(uint16_t bucket)
+{
+    if (_freeChunk == kNoChunk) {
+        _chunks.emplace_back();
+        freeChunk(static_cast<uint32_t>(_chunks.size() - 1));
+    }
+    const uint32_t at = _freeChunk;
+    _freeChunk = _chunks[at].next;
+    _chunks[at].next = _bucket[bucket];
+    _chunks[at].count = 0;
+    _bucket[bucket] = at;
+}
+
+void VertexTree::freeChunk(uint32_t at)
+{
+    _chunks[at].next = _freeChunk;
+    _freeChunk = at;
+}
+
+// Whoever is enabled again is scheduled again.
+bool VertexTree::isVoid(const Chunk& chunk, uint8_t entry) const noexcept
+{
+    const Vertex& vertex = _vertex[chunk.vertex[entry]];
+    return chunk.version[entry] != vertex.version || (vertex.flags & kEnabled) == 0;
+}
+
+// A vertex that is looked at before its time, because the cut has moved or a parent came back, leaves an
+// entry behind: an eye that shakes on the spot leaves them for ever. At least half of the memory is free
+// afterwards, or more of it may be used from now on.
+void VertexTree::dropVoid()
+{
+    size_t used = 0;
+    for (size_t bucket = 0; bucket < kBuckets; ++bucket) {
+        uint32_t at = _bucket[bucket];
+        _bucket[bucket] = kNoChunk;
+        while (at != kNoChunk) {
+            const Chunk chunk = _chunks[at];
+            freeChunk(at); // enough for its own entries
+            for (uint8_t i = 0; i < chunk.count; ++i) {
+                if (!isVoid(chunk, i)) {
+                    put({chunk.vertex[i], static_cast<uint16_t>(bucket), chunk.part[i], chunk.version[i]});
+                }
+            }
+            at = chunk.next;
+        }
+        for (at = _bucket[bucket]; at != kNoChunk; at = _chunks[at].next) {
+            ++used;
+        }
+    }
+    if (2 * used > _mostChunks) {
+        _mostChunks = std::min(_chunks.capacity(), 2 * _mostChunks);
+    }
 }
 
 } // namespace ig::lod

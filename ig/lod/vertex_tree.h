@@ -39,8 +39,11 @@ public:
         double shortestM = 0; // what is nearer counts as this far; see shortestDistanceM() of parallel views
     };
 
-    // graph must outlive the tree. cullVertices: by frustum, vertex by vertex. expected: vertices that memory
-    // is taken for at once; there may be more.
+    // graph must outlive the tree. cullVertices: by frustum, vertex by vertex. expected: vertices that come
+    // or go in one update while a frame is like the last, and wait in the ring; there may be more.
+    //
+    // All memory is taken here, the ring's for every vertex that the slots can hold: 30 KiB of addresses for
+    // each slot. What is touched of it follows the vertices that are looked at.
     VertexTree(PageGraph& graph, bool cullVertices, size_t expected);
 
     // The page that has been added to the graph.
@@ -66,10 +69,10 @@ public:
     }
     uint32_t activeCount(int32_t slot) const noexcept { return _activeCount[static_cast<size_t>(slot)]; }
 
-    // Vertices that came or went in the last update; when everything was looked at again, the list is empty
-    // and startedOver() true.
+    // Vertices that came or went in the last update; when everything was looked at again, or more have
+    // changed than are noted, the list is empty and allChanged() true.
     std::span<const VertexId> changed() const noexcept { return _changed; }
-    bool startedOver() const noexcept { return _startedOver; }
+    bool allChanged() const noexcept { return _allChanged; }
     uint32_t evaluated() const noexcept { return _evaluated; } // in the last update
 
 private:
@@ -118,11 +121,17 @@ private:
     void schedule(VertexId v, double ticks);
     void put(const Due& due);
     void putAll();
+    bool isVoid(const Chunk& chunk, uint8_t entry) const noexcept;
+    bool needsChunk(uint16_t bucket) const noexcept;
+    bool hasChunk() const noexcept { return _freeChunk != kNoChunk || _chunks.size() < _mostChunks; }
+    void addChunk(uint16_t bucket);
+    void freeChunk(uint32_t at);
+    void dropVoid();
 
     PageGraph& _graph;
     bool _cullVertices;
     Criteria _criteria;
-    bool _fresh = true; // nothing is known yet
+    bool _fresh = true; // nothing is known yet, or not all any more
     std::array<double, 256> _codeM{}, _radiusM{};
     std::array<double, 256> _reachM{};   // kappa delta of each code
     std::vector<Vertex> _vertex;         // by VertexId, of resident pages
@@ -131,7 +140,7 @@ private:
     std::vector<int32_t> _given;         // the open slots as they were given last
     std::vector<uint8_t> _keep;          // by slot
     std::vector<VertexId> _changed;
-    bool _startedOver = false;
+    bool _allChanged = false;
     uint32_t _evaluated = 0;
     // The ring.
     double _now = 0;     // ticks
@@ -142,6 +151,7 @@ private:
     std::array<Due, 64> _pending;
     size_t _pendingCount = 0;
     std::vector<Chunk> _chunks;
+    size_t _mostChunks; // void entries are dropped before there are more, up to the capacity
     uint32_t _freeChunk = kNoChunk;
 };
 
