@@ -3,6 +3,7 @@
 #include "counted_new.h"
 #include "ig/lod/geomip.h"
 #include "lod_tiles.h"
+#include "rainier.h"
 
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
@@ -102,59 +103,63 @@ const test::Terrain& large()
 }
 
 // A terrain whose tiles' errors are true, by brute force.
-const test::TreeTerrain& hills()
+template <class Height>
+test::TreeTerrain makeTrue(Height&& height)
 {
-    static const test::TreeTerrain made = [] {
-        test::TreeTerrain t = test::makeTree(257, 257, [](int c, int r) {
-            return 400 + 300 * std::sin(c * 0.07) * std::cos(r * 0.05) + 60 * std::sin(c * 0.5) +
-                   25 * std::cos(r * 0.9 + c * 0.3);
+    test::TreeTerrain t = test::makeTree(257, 257, height);
+    const auto errorOf = [&](size_t page, int stride, int windowX, int windowY) {
+        DrawList list;
+        DrawItem item;
+        item.page = static_cast<uint32_t>(page);
+        item.stride = static_cast<uint8_t>(stride);
+        item.windowX = static_cast<uint8_t>(windowX);
+        item.windowY = static_cast<uint8_t>(windowY);
+        for (uint8_t stitch = 0; stitch < 16; ++stitch) {
+            item.stitch = stitch;
+            list.items.push_back(item);
+        }
+        double worst = 0;
+        std::set<std::array<test::Post, 3>> known;
+        test::forTriangles(t, list, [&](const DrawItem&, const std::array<test::Vertex, 3>& v) {
+            const std::array<test::Post, 3> posts{v[0].post, v[1].post, v[2].post};
+            if (known.insert(posts).second) {
+                worst = std::max(worst, test::deviation(t, posts,
+                                                        {t.position(posts[0][0], posts[0][1]),
+                                                         t.position(posts[1][0], posts[1][1]),
+                                                         t.position(posts[2][0], posts[2][1])}));
+            }
         });
-        const auto errorOf = [&](size_t page, int stride, int windowX, int windowY) {
-            DrawList list;
-            DrawItem item;
-            item.page = static_cast<uint32_t>(page);
-            item.stride = static_cast<uint8_t>(stride);
-            item.windowX = static_cast<uint8_t>(windowX);
-            item.windowY = static_cast<uint8_t>(windowY);
-            for (uint8_t stitch = 0; stitch < 16; ++stitch) {
-                item.stitch = stitch;
-                list.items.push_back(item);
-            }
-            double worst = 0;
-            std::set<std::array<test::Post, 3>> known;
-            test::forTriangles(t, list, [&](const DrawItem&, const std::array<test::Vertex, 3>& v) {
-                const std::array<test::Post, 3> posts{v[0].post, v[1].post, v[2].post};
-                if (known.insert(posts).second) {
-                    worst = std::max(worst, test::deviation(t, posts,
-                                                            {t.position(posts[0][0], posts[0][1]),
-                                                             t.position(posts[1][0], posts[1][1]),
-                                                             t.position(posts[2][0], posts[2][1])}));
-                }
-            });
-            return static_cast<float>(worst * 1.000001);
-        };
-        for (size_t p = t.pages.size(); p-- > 0;) {
-            PageNode& page = t.pages[p];
-            page.errorM = errorOf(p, 4, 0, 0);
-            page.stitchedErrorM = 0;
-            for (const int32_t child : page.child) {
-                if (child >= 0) {
-                    page.errorM = std::max(page.errorM, t.pages[static_cast<size_t>(child)].errorM);
-                }
-            }
-            if (page.depth == t.shape.deepestPage) {
-                for (int w = 0; w < 16; ++w) {
-                    page.stitchedErrorM = std::max(page.stitchedErrorM, errorOf(p, 1, w % 4, w / 4));
-                }
-                for (int q = 0; q < 4; ++q) {
-                    float& quarter = page.quarterErrorM[static_cast<size_t>(q)];
-                    quarter = std::max(page.stitchedErrorM, errorOf(p, 2, q % 2, q / 2));
-                    page.errorM = std::max(page.errorM, quarter);
-                }
+        return static_cast<float>(worst * 1.000001);
+    };
+    for (size_t p = t.pages.size(); p-- > 0;) {
+        PageNode& page = t.pages[p];
+        page.errorM = errorOf(p, 4, 0, 0);
+        page.stitchedErrorM = 0;
+        for (const int32_t child : page.child) {
+            if (child >= 0) {
+                page.errorM = std::max(page.errorM, t.pages[static_cast<size_t>(child)].errorM);
             }
         }
-        return t;
-    }();
+        if (page.depth == t.shape.deepestPage) {
+            for (int w = 0; w < 16; ++w) {
+                page.stitchedErrorM = std::max(page.stitchedErrorM, errorOf(p, 1, w % 4, w / 4));
+            }
+            for (int q = 0; q < 4; ++q) {
+                float& quarter = page.quarterErrorM[static_cast<size_t>(q)];
+                quarter = std::max(page.stitchedErrorM, errorOf(p, 2, q % 2, q / 2));
+                page.errorM = std::max(page.errorM, quarter);
+            }
+        }
+    }
+    return t;
+}
+
+const test::TreeTerrain& hills()
+{
+    static const test::TreeTerrain made = makeTrue([](int c, int r) {
+        return 400 + 300 * std::sin(c * 0.07) * std::cos(r * 0.05) + 60 * std::sin(c * 0.5) +
+               25 * std::cos(r * 0.9 + c * 0.3);
+    });
     return made;
 }
 
@@ -251,10 +256,23 @@ TEST_CASE("flights over pages that come and go are watertight and draw what is r
     CHECK(moving > 100);
 }
 
-TEST_CASE("no post moves by more than its weight's step, whether tiles stay, come or go")
+namespace {
+
+// What flights did to the posts of the grid, frame by frame.
+struct Moves {
+    size_t compared = 0;
+    size_t skipped = 0;
+    size_t tooFar = 0;
+    double used = 0; // of what is allowed
+    int appeared = 0;
+    int vanished = 0;
+    int starved = 0; // frames that lacked pages
+    uint32_t jumped = 0;
+};
+
+// How far the odd vertices of a spacing lie from where they start.
+std::map<int, double> longestWays(const test::TreeTerrain& t)
 {
-    const test::TreeTerrain& t = hills();
-    // How far the odd vertices of a spacing lie from where they start.
     std::map<int, double> longest;
     for (int row = 0; row <= t.size; ++row) {
         for (int col = 0; col <= t.size; ++col) {
@@ -264,6 +282,42 @@ TEST_CASE("no post moves by more than its weight's step, whether tiles stay, com
             }
         }
     }
+    return longest;
+}
+
+// Pages of a flight; those that are wanted come at once, or a single one in every third frame.
+class Loading {
+public:
+    Loading(const test::TreeTerrain& t, bool late) : _late(late), _slots(t.slotOfPage)
+    {
+        if (late) {
+            std::fill(_slots.begin() + 1, _slots.end(), -1);
+        }
+    }
+    std::span<const int32_t> slots() const { return _slots; }
+    void takeAll(const DrawList& list)
+    {
+        for (const uint32_t page : list.wantedPages) {
+            _slots[page] = 1;
+        }
+    }
+    void frame(const DrawList& list)
+    {
+        if (_late && ++_frames % 3 == 0 && !list.wantedPages.empty()) {
+            _slots[list.wantedPages[0]] = 1;
+        }
+    }
+
+private:
+    bool _late;
+    int _frames = 0;
+    std::vector<int32_t> _slots;
+};
+
+// Flies over a terrain and adds up what moved. late: pages come long after they are wanted.
+void fly(const test::TreeTerrain& t, uint32_t seed, bool late, Moves& moves)
+{
+    const std::map<int, double> longest = longestWays(t);
     // Per post: where it is drawn, and the depth of its tile; -1: not drawn.
     struct Frame {
         std::vector<glm::dvec3> m;
@@ -274,95 +328,165 @@ TEST_CASE("no post moves by more than its weight's step, whether tiles stay, com
     const auto isDrawn = [&](const Frame& frame, int col, int row) {
         return col >= 0 && row >= 0 && col <= t.size && row <= t.size && frame.depth[t.at(col, row)] >= 0;
     };
-    size_t compared = 0;
-    size_t skipped = 0;
-    size_t tooFar = 0;
-    double used = 0; // of what is allowed
-    int appeared = 0;
-    int vanished = 0;
-    for (const uint32_t seed : {1U, 2U, 3U, 4U}) {
-        GeomipSelector selector(t.shape, t.pages, {60'000, seed % 2 == 0 ? 6.0F : 12.0F, true});
-        Flight path(t, seed, 1500.0, seed > 2);
-        DrawList list;
-        Frame before;
-        for (int frame = 0; frame < 80; ++frame) {
-            Frame now;
-            now.view = path.next();
-            test::selectOver(selector, now.view, t.slotOfPage, list);
-            now.m.resize(t.height.size());
-            now.depth.assign(t.height.size(), -1);
-            for (const auto& [post, drawn] : surfaceOf(t, list)) {
-                now.m[t.at(post[0], post[1])] = drawn.m;
-                now.depth[t.at(post[0], post[1])] = test::keyOf(t, *drawn.item).depth;
-            }
-            for (const DrawItem& item : list.items) {
-                const TileKey key = test::keyOf(t, item);
-                now.keys.insert({static_cast<uint32_t>(key.depth), key.x, key.y});
-            }
-            if (frame == 0) {
-                before = std::move(now);
-                continue;
-            }
-            REQUIRE(list.stats.tilesJumped == 0);
-            const auto children = [](const auto& fine, const auto& coarse) {
-                return static_cast<int>(std::count_if(fine.begin(), fine.end(), [&](const auto& key) {
-                    return key[0] > 0 && coarse.count({key[0] - 1, key[1] / 2, key[2] / 2}) > 0;
-                }));
-            };
-            appeared += children(now.keys, before.keys);
-            vanished += children(before.keys, now.keys);
-            const double travelledM = glm::length(now.view.eye.m - before.view.eye.m);
-            double chord = 0;
-            for (int column = 0; column < 3; ++column) {
-                const glm::dvec3 d = now.view.eyeFromEcef[column] - before.view.eyeFromEcef[column];
-                chord += glm::dot(d, d);
-            }
-            // What moves a post: the odd vertices of its tile, or a last step of a level above or below.
-            // Their spacing tells how far they go, half the size of the tile that they split how fast at
-            // most.
-            std::array<double, 8> allowedM{};
-            for (int depth = 1; depth <= 4; ++depth) {
-                const int space = t.size / 16 >> depth;
-                const double halfM = 16 * space * t.shape.latitudeStepRad * 6.35e6;
-                const double step = travelledM / halfM / kMorphShare + std::sqrt(chord / 2) / kMorphTurnRad;
-                allowedM[static_cast<size_t>(depth) + 1] = std::min(step, 1.0) * longest[space];
-            }
-            for (int row = 0; row <= t.size; ++row) {
-                for (int col = 0; col <= t.size; ++col) {
-                    if (!isDrawn(now, col, row) || !isDrawn(before, col, row)) {
-                        continue;
-                    }
-                    const auto depth = static_cast<size_t>(now.depth[t.at(col, row)]);
-                    // Beside what comes into or goes out of view, a tile takes other weights on that side.
-                    const int cell = t.size / 16 >> depth << 1;
-                    bool beside = false;
-                    for (int side = 0; side < 9; ++side) {
-                        const int c = col + (side % 3 - 1) * cell;
-                        const int r = row + (side / 3 - 1) * cell;
-                        beside = beside || isDrawn(now, c, r) != isDrawn(before, c, r);
-                    }
-                    if (beside) {
-                        ++skipped;
-                        continue;
-                    }
-                    const double most = std::max({allowedM[depth], allowedM[depth + 1], allowedM[depth + 2]});
-                    const double movedM = glm::length(now.m[t.at(col, row)] - before.m[t.at(col, row)]);
-                    tooFar += movedM > most * 1.001 + 1e-3 ? 1 : 0;
-                    used = std::max(used, movedM / (most + 1e-3));
-                    ++compared;
-                }
-            }
-            before = std::move(now);
+    GeomipSelector selector(t.shape, t.pages, {60'000, seed % 2 == 0 ? 6.0F : 12.0F, true});
+    Flight path(t, seed, 1500.0, seed > 2);
+    Loading loading(t, late);
+    DrawList list;
+    Frame before;
+    for (int frame = 0; frame < 80; ++frame) {
+        Frame now;
+        now.view = path.next();
+        test::selectOver(selector, now.view, loading.slots(), list);
+        loading.frame(list);
+        now.m.resize(t.height.size());
+        now.depth.assign(t.height.size(), -1);
+        for (const auto& [post, drawn] : surfaceOf(t, list)) {
+            now.m[t.at(post[0], post[1])] = drawn.m;
+            now.depth[t.at(post[0], post[1])] = test::keyOf(t, *drawn.item).depth;
         }
+        for (const DrawItem& item : list.items) {
+            const TileKey key = test::keyOf(t, item);
+            now.keys.insert({static_cast<uint32_t>(key.depth), key.x, key.y});
+        }
+        if (frame == 0) {
+            before = std::move(now);
+            continue;
+        }
+        moves.jumped += list.stats.tilesJumped;
+        moves.starved += list.stats.tilesMissing > 0 ? 1 : 0;
+        const auto children = [](const auto& fine, const auto& coarse) {
+            return static_cast<int>(std::count_if(fine.begin(), fine.end(), [&](const auto& key) {
+                return key[0] > 0 && coarse.count({key[0] - 1, key[1] / 2, key[2] / 2}) > 0;
+            }));
+        };
+        moves.appeared += children(now.keys, before.keys);
+        moves.vanished += children(before.keys, now.keys);
+        const double travelledM = glm::length(now.view.eye.m - before.view.eye.m);
+        double chord = 0;
+        for (int column = 0; column < 3; ++column) {
+            const glm::dvec3 d = now.view.eyeFromEcef[column] - before.view.eyeFromEcef[column];
+            chord += glm::dot(d, d);
+        }
+        // What moves a post: the odd vertices of its tile, or a last step of a level above or below. Their
+        // spacing tells how far they go, half the size of the tile that they split how fast at most.
+        std::array<double, 8> allowedM{};
+        for (int depth = 1; depth <= 4; ++depth) {
+            const int space = t.size / 16 >> depth;
+            const double halfM = 16 * space * t.shape.latitudeStepRad * 6.35e6;
+            const double passed = travelledM / halfM / kMorphShare + std::sqrt(chord / 2) / kMorphTurnRad;
+            const double step = late ? std::max(passed, 1.0 / kLateFrames) : passed;
+            allowedM[static_cast<size_t>(depth) + 1] = std::min(step, 1.0) * longest.at(space);
+        }
+        for (int row = 0; row <= t.size; ++row) {
+            for (int col = 0; col <= t.size; ++col) {
+                if (!isDrawn(now, col, row) || !isDrawn(before, col, row)) {
+                    continue;
+                }
+                const auto depth = static_cast<size_t>(now.depth[t.at(col, row)]);
+                // Beside what comes into or goes out of view, a tile takes other weights on that side.
+                const int cell = t.size / 16 >> depth << 1;
+                bool beside = false;
+                for (int side = 0; side < 9; ++side) {
+                    const int c = col + (side % 3 - 1) * cell;
+                    const int r = row + (side / 3 - 1) * cell;
+                    beside = beside || isDrawn(now, c, r) != isDrawn(before, c, r);
+                }
+                if (beside) {
+                    ++moves.skipped;
+                    continue;
+                }
+                const double most = std::max({allowedM[depth], allowedM[depth + 1], allowedM[depth + 2]});
+                const double movedM = glm::length(now.m[t.at(col, row)] - before.m[t.at(col, row)]);
+                moves.tooFar += movedM > most * 1.001 + 1e-3 ? 1 : 0;
+                moves.used = std::max(moves.used, movedM / (most + 1e-3));
+                ++moves.compared;
+            }
+        }
+        before = std::move(now);
     }
-    INFO(compared << " compared, " << skipped << " skipped, " << appeared << " appeared, " << vanished
-                  << " vanished, " << used << " of the step used");
-    CHECK(tooFar == 0);
-    CHECK(compared > 1'000'000);
-    CHECK(skipped < compared / 50);
-    CHECK(used > 0.2);
-    CHECK(appeared > 10);
-    CHECK(vanished > 10);
+}
+
+void checkMoves(const Moves& moves)
+{
+    INFO(moves.compared << " compared, " << moves.skipped << " skipped, " << moves.appeared << " appeared, "
+                        << moves.vanished << " vanished, " << moves.used << " of the step used, "
+                        << moves.starved << " frames lacked pages");
+    CHECK(moves.jumped == 0);
+    CHECK(moves.tooFar == 0);
+    CHECK(moves.skipped < moves.compared / 50);
+    CHECK(moves.used > 0.2);
+    CHECK(moves.appeared > 10);
+}
+
+} // namespace
+
+TEST_CASE("no post moves by more than its weight's step, whether tiles stay, come or go")
+{
+    Moves moves;
+    for (const uint32_t seed : {1U, 2U, 3U, 4U}) {
+        fly(hills(), seed, false, moves);
+    }
+    checkMoves(moves);
+    CHECK(moves.compared > 1'000'000);
+    CHECK(moves.vanished > 10);
+}
+
+TEST_CASE("nor does one where pages come long after they are wanted")
+{
+    Moves moves;
+    fly(hills(), 1, true, moves);
+    checkMoves(moves);
+    CHECK(moves.starved > 50);
+}
+
+TEST_CASE("nor over real ground, with all pages or with late ones")
+{
+    const auto heights = test::rainier(257);
+    if (heights.empty()) {
+        return;
+    }
+    const test::TreeTerrain real = makeTrue([&](int c, int r) {
+        return static_cast<double>(heights[static_cast<size_t>(r) * 257 + static_cast<size_t>(c)]);
+    });
+    Moves moves;
+    fly(real, 1, false, moves);
+    fly(real, 2, true, moves);
+    checkMoves(moves);
+    CHECK(moves.starved > 20);
+}
+
+TEST_CASE("where an eye has stopped before its pages came, it gets them level by level, without a jump")
+{
+    const test::TreeTerrain& t = hills();
+    GeomipSelector selector(t.shape, t.pages, {60'000, 6.0F, true});
+    Flight path(t, 1, 250.0);
+    Loading loading(t, true);
+    DrawList list;
+    ViewState view;
+    for (int frame = 0; frame < 10; ++frame) { // over the root page alone
+        view = path.next();
+        test::selectOver(selector, view, loading.slots(), list);
+    }
+    REQUIRE(!list.wantedPages.empty());
+    uint32_t jumped = 0;
+    int moving = 0;
+    for (int frame = 0; frame < 6 * kLateFrames; ++frame) {
+        loading.takeAll(list);
+        test::selectOver(selector, view, loading.slots(), list);
+        REQUIRE(torn(t, list) == 0);
+        jumped += list.stats.tilesJumped;
+        moving += onTheWay(list) > 0 ? 1 : 0;
+    }
+    CHECK(jumped == 0);
+    CHECK(moving > kLateFrames);
+    GeomipSelector fresh(t.shape, t.pages, {60'000, 6.0F, true});
+    DrawList aimed;
+    test::selectOver(fresh, view, t.slotOfPage, aimed);
+    CHECK(onTheWay(list) == 0);
+    CHECK(list.items.size() == aimed.items.size());
+    const DrawList before = list;
+    test::selectOver(selector, view, loading.slots(), list);
+    CHECK(sameItems(list, before));
 }
 
 TEST_CASE("the bound of a tile's error holds on the way")
@@ -463,6 +587,7 @@ TEST_CASE("what a standing eye turns to gets finer as its pages come, and stays 
     };
     std::vector<int32_t> slots(large().pages.size(), -1);
     DrawList list;
+    // Until all is there and at rest.
     const auto load = [&](const ViewState& view) {
         int frames = 0;
         do {
@@ -472,8 +597,8 @@ TEST_CASE("what a standing eye turns to gets finer as its pages come, and stays 
             test::selectOver(selector, view, slots, list);
             REQUIRE(test::badEdges(large(), list, test::meshOf(large(), list)) == 0);
             REQUIRE(torn(large(), list) == 0);
-            REQUIRE(++frames < 100);
-        } while (!list.wantedPages.empty());
+            REQUIRE(++frames < 10 * kLateFrames);
+        } while (!list.wantedPages.empty() || onTheWay(list) > 0);
         return frames;
     };
     load(turned(0));

@@ -3,13 +3,10 @@
 // how many triangles more than the fewest, and that any budget and tolerance will do. Over made-up ground,
 // the extremes of it, and real ground where its data is there.
 #include "lod_measure.h"
+#include "rainier.h"
 
 #include <catch2/catch.hpp>
-#include <gdal_priv.h>
 
-#include <cstdlib>
-#include <filesystem>
-#include <iostream>
 #include <limits>
 #include <set>
 #include <string>
@@ -20,25 +17,6 @@ using namespace ig::lod;
 namespace {
 
 constexpr std::array<bool, 2> kMethods{true, false}; // bintree, hybrid
-
-// A square of real heights, metres; empty where the data is not there.
-std::vector<int16_t> rainier(int size)
-{
-    const char* set = std::getenv("EYEPOINT_SHARED");
-    const std::string path = (set != nullptr ? std::string(set) : std::string(EYEPOINT_SHARED_DIR)) +
-                             "/data/srtm3_rainier_513.tif";
-    if (!std::filesystem::exists(path)) {
-        std::cout << "skipped: " << path << " is not there\n";
-        return {};
-    }
-    GDALAllRegister();
-    const GDALDatasetUniquePtr raster(GDALDataset::Open(path.c_str()));
-    REQUIRE(raster);
-    std::vector<int16_t> heights(static_cast<size_t>(size) * static_cast<size_t>(size));
-    REQUIRE(raster->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, size, size, heights.data(), size, size,
-                                               GDT_Int16, 0, 0) == CE_None);
-    return heights;
-}
 
 struct Named {
     std::string name;
@@ -67,7 +45,7 @@ const std::vector<Named>& terrains()
                             return (c + r) % 2 == 0 ? 300.0 : -300.0;
                         })});
         list.push_back({"step", test::makeTree(129, 129, [](int c, int) { return c > 70 ? 900.0 : 0.0; })});
-        if (const auto heights = rainier(257); !heights.empty()) {
+        if (const auto heights = test::rainier(257); !heights.empty()) {
             list.push_back({"Mount Rainier", test::makeTree(257, 257, [&](int c, int r) {
                                 return static_cast<double>(
                                     heights[static_cast<size_t>(r) * 257 + static_cast<size_t>(c)]);
@@ -313,7 +291,7 @@ uint64_t fewestTriangles(const test::TreeTerrain& t, const glm::dvec3& eye, cons
 TEST_CASE("at the same tau there are no more triangles than merging from the bottom up leaves")
 {
     // One tile of 513 x 513 posts, wholly in view; real ground where there is some.
-    const std::vector<int16_t> heights = rainier(513);
+    const std::vector<int16_t> heights = test::rainier(513);
     const test::TreeTerrain terrain = test::makeTree(513, 513, [&](int c, int r) {
         return heights.empty() ? 400 + 300 * std::sin(c * 0.07) * std::cos(r * 0.05) + 60 * std::sin(c * 0.5)
                                : heights[static_cast<size_t>(r) * 513 + static_cast<size_t>(c)];

@@ -17,14 +17,22 @@ public:
     void set(const TerrainShape& shape, const PageNode& node, const PageData& data);
 
     // ECEF metres. The same bits in every page that has the post.
-    // post: row * kPagePosts + col; height: the page's data of it.
-    glm::dvec3 position(uint32_t post, int16_t height) const noexcept
+    // height: the page's data of the post.
+    glm::dvec3 position(size_t col, size_t row, int16_t height) const noexcept
     {
-        const Row& r = _row[post / kPagePosts];
-        const Col& c = _col[post % kPagePosts];
+        const Row& r = _row[row];
+        const Col& c = _col[col];
         const double h = height * _heightScaleM + _heightOffsetM;
         const double p = (r.normalM + h) * r.cosine;
         return {p * c.cosine, p * c.sine, (r.polarM + h) * r.sine};
+    }
+
+    // What position() will read.
+    void prefetch(size_t col, size_t row) const noexcept
+    {
+        __builtin_prefetch(&_row[row]);
+        __builtin_prefetch(&_col[col]);
+        __builtin_prefetch(&_heightScaleM);
     }
 
 private:

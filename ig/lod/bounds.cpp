@@ -148,12 +148,20 @@ Visibility::Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double
     }
 }
 
-bool Visibility::meets(const glm::dvec3& centre, double radiusM, PlaneMask planes) const noexcept
+bool Visibility::meets(const glm::dvec3& centre, double radiusM, PlaneMask& planes) const noexcept
 {
     const glm::dvec3 ray = centre - _eye;
     for (size_t i = 0; i < _planes.size(); ++i) {
-        if ((planes >> i & 1U) != 0 && glm::dot(glm::dvec3(_planes[i]), ray) + _planes[i].w < -radiusM) {
+        const auto bit = static_cast<PlaneMask>(1U << i);
+        if ((planes & bit) == 0) {
+            continue;
+        }
+        const double distance = glm::dot(glm::dvec3(_planes[i]), ray) + _planes[i].w;
+        if (distance < -radiusM) {
             return false;
+        }
+        if (distance > radiusM) {
+            planes = static_cast<PlaneMask>(planes & ~bit);
         }
     }
     return true;

@@ -65,8 +65,8 @@ public:
     // parallel projection, where rays do not come from the eye.
     Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double lowestHeightM) noexcept;
 
-    // False when the ball lies wholly beyond one of the planes.
-    bool meets(const glm::dvec3& centre, double radiusM, PlaneMask planes) const noexcept;
+    // False when the ball lies wholly beyond one of the planes. Updates the mask.
+    bool meets(const glm::dvec3& centre, double radiusM, PlaneMask& planes) const noexcept;
     // False when the box is outside the frustum or behind the horizon. Updates the mask.
     bool sees(const TileBox& box, PlaneMask& planes) const noexcept;
 

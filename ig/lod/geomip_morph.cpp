@@ -40,9 +40,7 @@ const TileTree& GeomipMorph::follow(const TileTree& aim, const TileTree::Look& l
         _jumped = aim.visibleLeaves();
     }
     markSeen(aim);
-    _completing = (_completing && stats.tilesMissing > 0) ||
-                  std::any_of(_drawn.nodes().begin(), _drawn.nodes().end(),
-                              [](const TileNode& node) { return node.awaiting; });
+    _completing = _completing && stats.tilesMissing > 0;
     stats.tilesJumped = _jumped;
     stats.tilesVisited += _drawn.visited();
     stats.tilesCulled += _drawn.culled();
@@ -86,7 +84,8 @@ bool GeomipMorph::carryOver(const Frame& frame)
             continue;
         }
         const TileNode& last = _last[was];
-        _drawn[i].seen = last.seen && !last.awaiting;
+        _drawn[i].seen = last.seen;
+        _drawn[i].late = last.late;
         const int32_t target = _drawn[i].target;
         const bool aimed = target >= 0 && frame.aim[target].firstChild >= 0;
         if (last.firstChild < 0 || !(last.seen || aimed) || !_drawn[i].visible) {
@@ -118,6 +117,7 @@ bool GeomipMorph::split(int32_t index, float opened, const Frame& frame)
     for (int32_t child = 0; child < 4; ++child) {
         TileNode& made = _drawn[node.firstChild + child];
         made.seen = node.seen;
+        made.late = node.late;
         made.target = aimed >= 0 ? aimed + child : -1;
     }
     return true;
@@ -161,7 +161,7 @@ int GeomipMorph::visibleChildren(const TileNode& node) const noexcept
 bool GeomipMorph::mayGo(const TileNode& node) const noexcept
 {
     for (int32_t child = node.firstChild; child < node.firstChild + 4; ++child) {
-        for (int side = 0; side < 4 && _drawn[child].visible; ++side) {
+        for (int side = 0; side < 4; ++side) {
             const int32_t other = _drawn.neighbour(child, side);
             if (other >= 0 && _drawn[other].firstChild >= 0 &&
                 _drawn[other].key.depth == _drawn[child].key.depth) {
@@ -181,19 +181,17 @@ bool GeomipMorph::atRest(int32_t index) const noexcept
 // Moves the weights towards what is aimed at.
 void GeomipMorph::advance(const Frame& frame)
 {
-    if (!frame.motion.any()) {
-        return;
-    }
     for (int32_t i = 0; i < static_cast<int32_t>(_drawn.size()); ++i) {
         TileNode& node = _drawn[i];
-        if (!isFront(node)) {
+        if (!isFront(node) || !(node.late || frame.motion.any())) {
             continue;
         }
         const Frustum& frustum = frame.look.view.frustum;
         // A parallel view has passed when the eye has moved by its width.
         const double atM = frustum.parallel ? frustum.right - frustum.left
                                             : std::max({node.distanceM, node.halfSizeM, frustum.nearM});
-        const auto step = static_cast<float>(frame.motion.travelledM / atM / kMorphShare + frame.motion.turn);
+        const double passed = frame.motion.travelledM / atM / kMorphShare + frame.motion.turn;
+        const auto step = static_cast<float>(node.late ? std::max(passed, 1.0 / kLateFrames) : passed);
         if (node.target >= 0 && frame.aim[node.target].firstChild >= 0) {
             node.opened = std::min(1.0F, node.opened + step);
         } else if (mayGo(node)) {
@@ -255,17 +253,21 @@ bool GeomipMorph::forceSplit(int32_t index, const Frame& frame)
     return split(index, 1.0F, frame);
 }
 
-// Lets the least important tiles go until what is in view fits.
+// Lets the least important tiles go until what is in view fits; those that have just come first, for it
+// cannot be seen of them.
 bool GeomipMorph::keepBudget()
 {
     while (_drawn.visibleLeaves() > _tiles) {
         int32_t least = -1;
         for (int32_t i = 0; i < static_cast<int32_t>(_drawn.size()); ++i) {
             const TileNode& node = _drawn[i];
-            if (isFront(node) && visibleChildren(node) > 1 && mayGo(node) &&
-                (least < 0 || node.errorPx < _drawn[least].errorPx)) {
-                least = i;
+            if (!isFront(node) || visibleChildren(node) <= 1 || !mayGo(node)) {
+                continue;
             }
+            const bool isLess =
+                least < 0 ||
+                (node.seen != _drawn[least].seen ? !node.seen : node.errorPx < _drawn[least].errorPx);
+            least = isLess ? i : least;
         }
         if (least < 0) {
             return false;
@@ -295,7 +297,7 @@ void GeomipMorph::approach(const Frame& frame)
         _candidates.pop_back();
         const auto before = static_cast<int32_t>(_drawn.size());
         if (_drawn[index].firstChild < 0) {
-            (void)trySplit(index, frame);
+            (void)trySplit(index, _drawn[index].late, frame);
             for (int32_t i = before; i < static_cast<int32_t>(_drawn.size()); ++i) {
                 consider(i);
             }
@@ -303,26 +305,31 @@ void GeomipMorph::approach(const Frame& frame)
     }
 }
 
-bool GeomipMorph::trySplit(int32_t index, const Frame& frame)
+// late: it is behind, or in the way of something that is; then it does not wait for the eye to move.
+bool GeomipMorph::trySplit(int32_t index, bool late, const Frame& frame)
 {
+    const auto restsIn = [&](int32_t node) {
+        if (!atRest(node) && late) {
+            _drawn[_drawn[node].parent].late = true;
+        }
+        return atRest(node);
+    };
     const int32_t target = _drawn[index].target;
-    if (target < 0 || frame.aim[target].firstChild < 0 || !atRest(index) ||
-        (_drawn[index].seen && !frame.motion.any())) {
+    if (target < 0 || frame.aim[target].firstChild < 0 || !restsIn(index) ||
+        (_drawn[index].seen && !late && !frame.motion.any())) {
         return false;
     }
     for (int side = 0; side < 4; ++side) {
         for (;;) {
             const int32_t other = _drawn.neighbour(index, side);
-            if (other < 0 || !_drawn[other].visible) {
+            // What is out of view may come into it in the next frame, and would have to jump.
+            if (other >= 0 && !restsIn(other)) {
+                return false;
+            }
+            if (other < 0 || !_drawn[other].visible || _drawn[other].key.depth == _drawn[index].key.depth) {
                 break;
             }
-            if (_drawn[other].key.depth == _drawn[index].key.depth) {
-                if (!atRest(other)) {
-                    return false;
-                }
-                break;
-            }
-            if (!trySplit(other, frame)) {
+            if (!trySplit(other, late, frame)) {
                 return false;
             }
         }
@@ -335,6 +342,7 @@ bool GeomipMorph::trySplit(int32_t index, const Frame& frame)
         _drawn.truncate(before);
         return false;
     }
+    _drawn[index].late = late;
     return true;
 }
 
@@ -343,7 +351,9 @@ void GeomipMorph::markSeen(const TileTree& aim) noexcept
     for (auto i = static_cast<int32_t>(_drawn.size()) - 1; i >= 0; --i) {
         TileNode& node = _drawn[i];
         const bool drawn = node.firstChild < 0 && node.visible;
-        node.awaiting = drawn && !node.seen && node.target >= 0 && aim[node.target].starved;
+        const bool starved = node.target >= 0 && aim[node.target].starved;
+        const bool finer = node.target >= 0 && aim[node.target].firstChild >= 0;
+        node.late = drawn ? starved || (node.late && finer) : node.late && node.opened < 1.0F;
         node.seen = drawn;
         for (int32_t child = node.firstChild; child >= 0 && child < node.firstChild + 4; ++child) {
             node.seen = node.seen || _drawn[child].seen;

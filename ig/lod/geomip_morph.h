@@ -11,7 +11,8 @@
 //   (travelledM / max(distanceM, halfSizeM) + |ln(zoom)|) / kMorphShare + turnedRad / kMorphTurnRad
 //
 // since the last frame: a tile has changed when the eye has come an eighth of the way to it nearer, or has
-// turned by 14 degrees, and does not change while the eye stands still.
+// turned by 14 degrees, and does not change while the eye stands still. Only what pages have come late for
+// moves by 1 / kLateFrames a frame at least, so that it is there in time even for an eye that has stopped.
 //
 // Rules that keep the mesh without cracks and T-junctions at all weights:
 //   - Drawn tiles side by side differ by one level at most; the finer one's side is stitched.
@@ -21,11 +22,11 @@
 //     even vertices are always in their own place and need no second weight.
 //   - On a side between two tiles of a level both take the smaller of their weights.
 //
-// What was not in view a frame before comes as it is aimed at, at weight 1; where its finer pages are missing
-// then, they come at once when they are there. Tiles jump (LodStats::tilesJumped)
-//   - when the eye does: more than kJumpM or a zoom of kJumpZoom in a frame;
-//   - while the eye stands still and pages of what has come into view are missing;
-//   - when tiles that come into view would exceed the budget: the least important ones go at once;
+// What was not in view a frame before comes as it is aimed at, at weight 1. Tiles jump
+// (LodStats::tilesJumped)
+//   - when the eye does: more than kJumpM or a zoom of kJumpZoom in a frame; and, while it then stands still,
+//     as the pages come;
+//   - when what comes into view would exceed the budget even at its coarsest: the least important ones go;
 //   - when pages that what was drawn needs are gone, or something comes into view that is too coarse for its
 //     neighbours.
 #pragma once
@@ -40,6 +41,7 @@ namespace ig::lod {
 
 inline constexpr double kMorphShare = 0.125;
 inline constexpr double kMorphTurnRad = 0.25;
+inline constexpr int kLateFrames = 15;
 inline constexpr double kJumpM = 500;
 inline constexpr double kJumpZoom = 1.5;
 
@@ -88,7 +90,7 @@ private:
     void settleGroupOf(int32_t node);
     bool keepBudget();
     void approach(const Frame& frame);
-    bool trySplit(int32_t node, const Frame& frame);
+    bool trySplit(int32_t node, bool late, const Frame& frame);
     bool split(int32_t node, float opened, const Frame& frame);
     bool childPagesResident(int32_t node, std::span<const int32_t> slotOfPage) const noexcept;
     bool isFront(const TileNode& node) const noexcept;
@@ -113,7 +115,7 @@ private:
     EcefPos _eye;
     glm::dmat3 _eyeFromEcef{1.0};
     double _alpha = 0;        // 0: there was none
-    bool _completing = false; // pages of what has come into view are missing
+    bool _completing = false; // after a jump: the eye stands still since, and pages are missing
     uint32_t _jumped = 0;     // in this frame
 };
 

@@ -154,7 +154,7 @@ void PageGraph::close(int32_t number)
     }
 }
 
-VertexId PageGraph::introduced(int32_t number, int col, int row) const noexcept
+VertexId PageGraph::introducedOnBorder(int32_t number, int col, int row) const noexcept
 {
     const Slot& slot = _slots[static_cast<size_t>(number)];
     // At most one of the coordinates is on a border: corners are never introduced below the root.
@@ -177,18 +177,6 @@ VertexId PageGraph::introduced(int32_t number, int col, int row) const noexcept
         }
     }
     return id(number, col, row);
-}
-
-VertexId PageGraph::vertexAt(int32_t number, int col, int row) const noexcept
-{
-    const Slot* slot = &_slots[static_cast<size_t>(number)];
-    while (slot->parent >= 0 && ((col | row) & 1) == 0) {
-        col = (col + slot->originCol) / 2;
-        row = (row + slot->originRow) / 2;
-        number = slot->parent;
-        slot = &_slots[static_cast<size_t>(number)];
-    }
-    return introduced(number, col, row);
 }
 
 PageGraph::Place PageGraph::place(VertexId v) const noexcept

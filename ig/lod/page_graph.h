@@ -102,9 +102,22 @@ public:
     uint64_t changes() const noexcept { return _changes; }
 
     // A post that the page introduces; kNoVertex while it does not exist.
-    VertexId introduced(int32_t slot, int col, int row) const noexcept;
+    VertexId introduced(int32_t slot, int col, int row) const noexcept
+    {
+        const auto inside = [](int coordinate) { return coordinate > 0 && coordinate < kPageIntervals; };
+        return inside(col) && inside(row) ? id(slot, col, row) : introducedOnBorder(slot, col, row);
+    }
     // Any post of an open page, whoever introduces it.
-    VertexId vertexAt(int32_t slot, int col, int row) const noexcept;
+    VertexId vertexAt(int32_t slot, int col, int row) const noexcept
+    {
+        while (((col | row) & 1) == 0 && (*this)[slot].parent >= 0) {
+            const Slot& s = (*this)[slot];
+            col = (col + s.originCol) / 2;
+            row = (row + s.originRow) / 2;
+            slot = s.parent;
+        }
+        return introduced(slot, col, row);
+    }
 
     // Where a vertex is kept.
     struct Place {
@@ -133,6 +146,7 @@ private:
         }
     }
     TileBox boxOf(const PageNode& node) const noexcept;
+    VertexId introducedOnBorder(int32_t slot, int col, int row) const noexcept;
     VertexId centreAcross(int32_t slot, int col, int row) const noexcept;
     int32_t pageAt(int depth, int64_t x, int64_t y) const noexcept;
 

@@ -22,15 +22,13 @@ constexpr int kChildLevel = 2;
 constexpr int kWindowLevel = 4;
 // Rounding of float offsets within a page, and more.
 constexpr float kRoundingShare = 1e-6F;
+constexpr size_t kLineBytes = 64; // of a cache
 
 } // namespace
 
 PageLists::PageLists(const PageGraph& graph, const VertexTree& tree)
     : _graph(graph), _tree(tree), _pages(graph.slots())
 {
-    for (size_t code = 0; code < _codeM.size(); ++code) {
-        _codeM[code] = decodeM(static_cast<uint8_t>(code));
-    }
     _drawn.reserve(graph.slots());
     // The windows that n drawn pages draw by themselves: 16 of each, less the four of its parent that each
     // but the root draws.
@@ -171,12 +169,12 @@ bool PageLists::isThere(int32_t slot, int col, int row) const
 
 PageLists::Corner PageLists::corner(int col, int row) const
 {
-    const VertexId v = PageGraph::id(_making.slot, col, row);
-    const glm::vec3 place(_tree.position(v) - _making.middle);
+    const glm::vec3 place(_tree.position(_making.slot, col, row) - _making.middle);
     // The morph moves it by at most its error.
-    const float slackM = static_cast<float>(_codeM[_tree.errorCode(v)]) +
+    const float slackM = static_cast<float>(_tree.errorM(PageGraph::id(_making.slot, col, row))) +
                          kRoundingShare * (std::abs(place.x) + std::abs(place.y) + std::abs(place.z));
-    return {col, row, place - slackM, place + slackM};
+    const Four at{place.x, place.y, place.z, 0.0F};
+    return {col, row, {at - slackM, at + slackM}};
 }
 
 // Whether the hypotenuse of a square's two triangles runs from north-west to south-east: it is the diagonal
@@ -250,6 +248,7 @@ void PageLists::make(int32_t slot)
             const int north = window / 4 * kWindow;
             emitSquare(west, north, kWindow, halvesOf(slot, west, north, kWindow));
         }
+        closeCluster();
         ++_made;
     }
 }
@@ -302,70 +301,106 @@ void PageLists::emit(const Corner& apex, const Corner& left, const Corner& right
 void PageLists::put(const Corner& apex, const Corner& left, const Corner& right)
 {
     if (_making.cluster == kNone || _clusters[_making.cluster].triangles == kClusterTriangles) {
-        if (_freeCluster == kNone) {
-            _freeCluster = static_cast<uint32_t>(_clusters.size());
-            _clusters.emplace_back();
-            _indices.emplace_back();
-        }
-        const uint32_t fresh = _freeCluster;
-        uint32_t& first = _pages[static_cast<size_t>(_making.slot)].first[_making.list];
-        _freeCluster = _clusters[fresh].next;
-        _clusters[fresh].next = first;
-        _clusters[fresh].triangles = 0;
-        _clusters[fresh].low = left.low;
-        _clusters[fresh].high = left.high;
-        _making.cluster = first = fresh;
+        closeCluster();
+        openCluster(apex.bounds);
     }
     Cluster& cluster = _clusters[_making.cluster];
-    size_t at = size_t{3} * cluster.triangles++;
+    uint16_t* at = &_indices[_making.cluster].of[size_t{3} * cluster.triangles++];
     for (const Corner* c : {&apex, &left, &right}) {
-        _indices[_making.cluster].of[at++] = static_cast<uint16_t>(c->row * kPagePosts + c->col);
-        cluster.low = glm::min(cluster.low, c->low);
-        cluster.high = glm::max(cluster.high, c->high);
+        *at++ = static_cast<uint16_t>(c->row * kPagePosts + c->col);
+        _making.bounds.add(c->bounds);
+    }
+}
+
+void PageLists::openCluster(const Bounds& first)
+{
+    if (_freeCluster == kNone) {
+        _freeCluster = static_cast<uint32_t>(_clusters.size());
+        _clusters.emplace_back();
+        _indices.emplace_back();
+    }
+    _making.cluster = _freeCluster;
+    _making.bounds = first;
+    Cluster& cluster = _clusters[_making.cluster];
+    _freeCluster = cluster.next;
+    cluster.triangles = 0;
+    uint32_t& list = _pages[static_cast<size_t>(_making.slot)].first[_making.list];
+    cluster.next = list;
+    list = _making.cluster;
+}
+
+// The box's rounding is far less than what the corners' bounds have for it.
+void PageLists::closeCluster()
+{
+    if (_making.cluster == kNone) {
+        return;
+    }
+    const auto& [low, high] = _making.bounds;
+    Cluster& cluster = _clusters[_making.cluster];
+    cluster.middle = {0.5F * (low[0] + high[0]), 0.5F * (low[1] + high[1]), 0.5F * (low[2] + high[2])};
+    cluster.half = {0.5F * (high[0] - low[0]), 0.5F * (high[1] - low[1]), 0.5F * (high[2] - low[2])};
+    _making.cluster = kNone;
+}
+
+// False when the cluster's box lies wholly beyond one of them.
+inline bool PageLists::FourPlanes::meets(const Cluster& cluster) const noexcept
+{
+    const glm::vec3& m = cluster.middle;
+    const glm::vec3& h = cluster.half;
+    // Of the box's corner that is farthest along each normal.
+    const Four side = x * m.x + y * m.y + z * m.z + w + absX * h.x + absY * h.y + absZ * h.z;
+    const auto beyond = side < Four{};
+    return (beyond[0] | beyond[1] | beyond[2] | beyond[3]) == 0;
+}
+
+void PageLists::prefetch(int32_t slot) const noexcept
+{
+    const auto* const page = reinterpret_cast<const std::byte*>(&_pages[static_cast<size_t>(slot)]);
+    for (size_t byte = 0; byte < sizeof(Page); byte += kLineBytes) {
+        __builtin_prefetch(page + byte);
+    }
+}
+
+void PageLists::prefetchClusters(int32_t slot) const noexcept
+{
+    for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
+        if (first != kNone) {
+            __builtin_prefetch(&_clusters[first]);
+        }
     }
 }
 
 uint32_t PageLists::gather(int32_t slot, const glm::dvec3& eye, std::span<const glm::dvec4> planes,
                            unsigned mask, size_t capacity, std::vector<uint16_t>& indices) const
 {
-    // Planes through offsets from the page's middle, moved out by what floats leave of them.
-    struct Plane {
-        glm::vec3 normal;
-        float w;
-    };
-    std::array<Plane, 8> tested;
+    // Moved out by what floats leave of them.
+    std::array<FourPlanes, 2> tested{};
     size_t count = 0;
     const glm::dvec3 middle = _graph[slot].box.centre - eye;
     for (size_t k = 0; k < planes.size(); ++k) {
         if ((mask >> k & 1U) != 0) {
-            const glm::dvec3 normal(planes[k]);
-            const double w = glm::dot(normal, middle) + planes[k].w;
-            tested[count++] = {glm::vec3(normal), static_cast<float>(w + 1e-6 * std::abs(w) + 1e-3)};
+            const glm::vec3 normal(planes[k]);
+            const double w = glm::dot(glm::dvec3(planes[k]), middle) + planes[k].w;
+            FourPlanes& four = tested[count / 4];
+            const size_t at = count++ % 4;
+            four.x[at] = normal.x;
+            four.y[at] = normal.y;
+            four.z[at] = normal.z;
+            four.absX[at] = std::abs(normal.x);
+            four.absY[at] = std::abs(normal.y);
+            four.absZ[at] = std::abs(normal.z);
+            four.w[at] = static_cast<float>(w + 1e-6 * std::abs(w) + 1e-3);
         }
     }
     _visible.clear();
     for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
-        if (first != kNone) {
-            __builtin_prefetch(&_clusters[first]);
-        }
-    }
-    for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
         for (uint32_t at = first; at != kNone;) {
             const Cluster& cluster = _clusters[at];
-            bool visible = true;
-            for (size_t k = 0; visible && k < count; ++k) {
-                // The box's corner that is farthest along the normal.
-                const glm::vec3& n = tested[k].normal;
-                const float side = n.x * (n.x > 0 ? cluster.high.x : cluster.low.x) +
-                                   n.y * (n.y > 0 ? cluster.high.y : cluster.low.y) +
-                                   n.z * (n.z > 0 ? cluster.high.z : cluster.low.z) + tested[k].w;
-                visible = side >= 0.0F;
-            }
-            if (visible) {
-                const auto* lines = reinterpret_cast<const std::byte*>(&_indices[at]);
-                __builtin_prefetch(lines);
-                __builtin_prefetch(lines + 64);
-                __builtin_prefetch(lines + 128);
+            if (count == 0 || (tested[0].meets(cluster) && (count <= 4 || tested[1].meets(cluster)))) {
+                const std::byte* const line = reinterpret_cast<const std::byte*>(&_indices[at]);
+                for (size_t byte = 0; byte < cluster.triangles * 3 * sizeof(uint16_t); byte += kLineBytes) {
+                    __builtin_prefetch(line + byte);
+                }
                 _visible.push_back(at);
             }
             at = cluster.next;
@@ -389,7 +424,7 @@ double PageLists::boundPx(int32_t slot, const Cut& cut, double px) const
     for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
         for (uint32_t at = first; at != kNone; at = _clusters[at].next) {
             const Cluster& cluster = _clusters[at];
-            const glm::vec3 off = glm::max(glm::max(cluster.low - eye, eye - cluster.high), glm::vec3(0.0F));
+            const glm::vec3 off = glm::max(glm::abs(cluster.middle - eye) - cluster.half, glm::vec3(0.0F));
             // Posts lie within the cut of the triangles; what floats leave of the distance.
             const double nearestM = glm::length(off) * (1.0 - 1e-5) - 1e-2 - cut.cutM;
             if (cut.alpha * cut.cutM <= px * std::max(nearestM, cut.nearM)) {
@@ -413,7 +448,7 @@ double PageLists::trianglePx(int32_t slot, const std::array<uint16_t, 3>& posts,
     };
     const int col2 = posts[1] % kPagePosts + posts[2] % kPagePosts;
     const int row2 = posts[1] / kPagePosts + posts[2] / kPagePosts;
-    const double apexM = _codeM[_tree.errorCode(vertexOf(posts[0]))];
+    const double apexM = _tree.errorM(vertexOf(posts[0]));
     // Posts are within offM of the triangle, or in a child's part of the page, whose vertices have less error
     // than their parents here.
     double offM = 0;
@@ -421,7 +456,7 @@ double PageLists::trianglePx(int32_t slot, const std::array<uint16_t, 3>& posts,
     const bool hasSplit = ((col2 | row2) & 1) == 0;
     const VertexId split = vertexOf(row2 / 2 * kPagePosts + col2 / 2);
     if (hasSplit) {
-        offM = _codeM[_tree.errorCode(split)];
+        offM = _tree.errorM(split);
         far = glm::length(_tree.position(split) - cut.eye) >= cut.reach * offM + _tree.radiusM(split);
     } else if (_graph.hasBelow(slot)) {
         offM = (1.0 - kMorphBand) * apexM;

@@ -41,6 +41,11 @@ public:
     };
     double boundPx(int32_t slot, const Cut& cut, double px) const;
 
+    // What gather() will read of a page, to be on its way from memory in time: first the page's own data,
+    // then, when these are there, its clusters.
+    void prefetch(int32_t slot) const noexcept;
+    void prefetchClusters(int32_t slot) const noexcept;
+
     // Appends the indices of a page's clusters that the frustum meets and returns their triangles; what would
     // make more than `capacity` indices is counted and left out. planes: those that the page is not wholly
     // inside of (Visibility::PlaneMask).
@@ -61,8 +66,8 @@ private:
 
     // Apart from its indices, which only those in view are asked for.
     struct alignas(32) Cluster {
-        glm::vec3 low{0.0F},
-            high{0.0F}; // from the page's middle, ECEF axes, m: wherever the morph has corners
+        glm::vec3 middle{0.0F}; // of a box round wherever the morph has corners: from the page's middle, ECEF
+        glm::vec3 half{0.0F};   // axes, m
         uint32_t next = kNone;
         uint32_t triangles = 0;
     };
@@ -78,10 +83,20 @@ private:
         std::array<uint32_t, kTop + 1> first; // clusters of each list
         Page() { first.fill(kNone); }
     };
-    // What is drawn of a vertex stays within this.
+    using Four = float __attribute__((vector_size(16))); // four at once
+    // A box while it grows; the fourth numbers mean nothing.
+    struct Bounds {
+        Four low{}, high{};
+        void add(const Bounds& other) noexcept
+        {
+            low = low < other.low ? low : other.low;
+            high = high > other.high ? high : other.high;
+        }
+    };
+    // What is drawn of a vertex stays within its bounds.
     struct Corner {
         int col = 0, row = 0;
-        glm::vec3 low{0.0F}, high{0.0F};
+        Bounds bounds;
     };
     // The list that is being made.
     struct Making {
@@ -89,6 +104,14 @@ private:
         glm::dvec3 middle{0.0};
         size_t list = 0;
         uint32_t cluster = kNone;
+        Bounds bounds; // of the cluster so far
+    };
+    // Planes through offsets from a page's middle; a plane's numbers stand in one place of each.
+    struct FourPlanes {
+        Four x{}, y{}, z{};             // normal
+        Four absX{}, absY{}, absZ{};    // its absolute values
+        Four w{1.0F, 1.0F, 1.0F, 1.0F}; // unused ones have everything inside
+        bool meets(const Cluster& cluster) const noexcept;
     };
 
     void markAround(VertexId v);
@@ -104,11 +127,12 @@ private:
     void emitSquare(int west, int north, int size, unsigned halves);
     void emit(const Corner& apex, const Corner& left, const Corner& right, int level);
     void put(const Corner& apex, const Corner& left, const Corner& right);
+    void openCluster(const Bounds& first);
+    void closeCluster();
     void free(uint32_t& first);
 
     const PageGraph& _graph;
     const VertexTree& _tree;
-    std::array<double, 256> _codeM{};
     std::vector<Page> _pages; // by slot
     std::vector<int32_t> _drawn;
     std::vector<Cluster> _clusters;

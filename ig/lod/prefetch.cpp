@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ig::lod {
 
@@ -38,7 +39,8 @@ constexpr double kTurnPriority = 2.0;   // will be, if the eye turns
 Prefetch::Prefetch(const TerrainShape& shape, std::span<const PageNode> pages, uint32_t slots, Method method)
     : _shape(shape), _pages(pages), _method(method), _slots(slots), _boxes(kBoxes)
 {
-    // The pages looked at are resident, or children of such.
+    // The pages looked at are resident, or children of such. Those that come while others go find no room,
+    // which a plan can do without.
     _candidates.reserve(size_t{5} * slots + 1);
     _kept.reserve(slots);
     _missing.reserve(kMaxMissing);
@@ -89,16 +91,34 @@ bool Prefetch::plan(const ViewState& view, float tauPx, std::span<const int32_t>
                     std::span<const PageReach> reachOfSlot)
 {
     const bool jumped = follow(view);
-    if (!jumped && --_framesToPlan > 0) {
-        return false;
+    if (jumped || _frame == kFramesPerPlan) {
+        start();
     }
-    _framesToPlan = kFramesPerPlan;
-    _candidates.clear();
-    _kept.clear();
-    _missing.clear();
-    if (slotOfPage[0] < 0 || !(tauPx > 0.0F)) {
-        return true;
+    ++_frame;
+    const bool whole = jumped || _frame == kFramesPerPlan;
+    if (slotOfPage[0] >= 0 && tauPx > 0.0F) {
+        lookAt(whole ? std::numeric_limits<size_t>::max() : _looked + _share, view, tauPx, slotOfPage,
+               reachOfSlot);
     }
+    if (whole) {
+        finish(slotOfPage);
+        _frame = kFramesPerPlan;
+    }
+    return whole;
+}
+
+void Prefetch::start()
+{
+    constexpr uint32_t kRoot = 0;
+    _candidates.assign(1, {0.0, kRoot, kRoot});
+    _looked = 0;
+    _frame = 0;
+}
+
+// At the candidates up to `end`, and those that they bring.
+void Prefetch::lookAt(size_t end, const ViewState& view, float tauPx, std::span<const int32_t> slotOfPage,
+                      std::span<const PageReach> reachOfSlot)
+{
     const ViewState later = expectedView();
     const double lowestM = _pages[0].minHeightM;
     const Look look{view,
@@ -109,27 +129,33 @@ bool Prefetch::plan(const ViewState& view, float tauPx, std::span<const int32_t>
                     pixelsPerRadian(view) / tauPx,
                     slotOfPage,
                     reachOfSlot};
-    _candidates.push_back({0.0, 0, true});
-    for (size_t i = 0; i < _candidates.size(); ++i) {
-        if (_candidates[i].resident) {
-            addChildren(_candidates[i], look);
+    for (; _looked < std::min(end, _candidates.size()); ++_looked) {
+        const Candidate candidate = _candidates[_looked];
+        if (slotOfPage[candidate.page] >= 0) {
+            addChildren(candidate, look);
         }
     }
+}
 
-    // As many as have room, the most urgent ones; children have the larger numbers.
+// As many as have room, the most urgent ones; children have the larger numbers. Pages may have come and gone
+// since they were looked at.
+void Prefetch::finish(std::span<const int32_t> slotOfPage)
+{
+    _kept.clear();
+    _missing.clear();
+    _share = _candidates.size() / kFramesPerPlan + 1;
     std::sort(_candidates.begin(), _candidates.end(), [](const Candidate& a, const Candidate& b) {
         return a.priority != b.priority ? a.priority < b.priority : a.page < b.page;
     });
     _candidates.resize(std::min<size_t>(_candidates.size(), _slots));
     for (const Candidate& candidate : _candidates) {
-        if (candidate.resident) {
+        if (slotOfPage[candidate.page] >= 0) {
             _kept.push_back(candidate.page);
-        } else if (_missing.size() < kMaxMissing) {
+        } else if (_missing.size() < kMaxMissing && slotOfPage[candidate.parent] >= 0) {
             _missing.push_back(candidate.page);
         }
     }
     std::reverse(_kept.begin(), _kept.end());
-    return true;
 }
 
 void Prefetch::addChildren(const Candidate parent, const Look& look)
@@ -156,8 +182,9 @@ void Prefetch::addChildren(const Candidate parent, const Look& look)
             box = boxOf(page);
             box.half += radiusM;
         }
-        if (const auto priority = priorityOf(box, withinM, look)) {
-            _candidates.push_back({std::max(*priority, parent.priority), page, look.slotOfPage[page] >= 0});
+        const auto priority = priorityOf(box, withinM, look);
+        if (priority && _candidates.size() < _candidates.capacity()) {
+            _candidates.push_back({std::max(*priority, parent.priority), page, parent.page});
         }
     }
 }

@@ -32,9 +32,9 @@ public:
     // pages: of the dataset, page 0 the root; must outlive it. slots: resident at one time.
     Prefetch(const TerrainShape& shape, std::span<const PageNode> pages, uint32_t slots, Method method);
 
-    // After a frame with this view and tolerance; reachOfSlot: of the resident pages. Looks again only every
-    // kFramesPerPlan frames, and after a jump; until then the lists stay. Allocates nothing. Returns whether
-    // it looked.
+    // After a frame with this view and tolerance; reachOfSlot: of the resident pages. A plan is made within
+    // kFramesPerPlan frames, a part in each, and after a jump at once; until it is ready the lists stay.
+    // Allocates nothing. Returns whether there are new ones.
     bool plan(const ViewState& view, float tauPx, std::span<const int32_t> slotOfPage,
               std::span<const PageReach> reachOfSlot);
 
@@ -44,7 +44,7 @@ public:
     std::span<const uint32_t> missing() const noexcept { return _missing; }
 
 private:
-    static constexpr int kFramesPerPlan = 4;
+    static constexpr size_t kFramesPerPlan = 8;
 
     struct CachedBox {
         int32_t page = kNoPage;
@@ -53,7 +53,7 @@ private:
     struct Candidate {
         double priority; // smaller: sooner; a parent's is at most its child's
         uint32_t page;
-        bool resident;
+        uint32_t parent; // page
     };
 
     // The view that is planned for, and what of the terrain is there.
@@ -70,6 +70,10 @@ private:
     bool follow(const ViewState& view);
     ViewState expectedView() const;
     const TileBox& boxOf(uint32_t page);
+    void start();
+    void lookAt(size_t end, const ViewState& view, float tauPx, std::span<const int32_t> slotOfPage,
+                std::span<const PageReach> reachOfSlot);
+    void finish(std::span<const int32_t> slotOfPage);
     void addChildren(Candidate parent, const Look& look);
     static std::optional<double> priorityOf(TileBox box, double withinM, const Look& look);
 
@@ -81,8 +85,11 @@ private:
     ViewState _view;
     glm::dvec3 _motionM{0.0}; // in a frame, smoothed
     glm::dvec3 _turnRad{0.0}; // the same: about this axis of the eye frame, by its length
-    int _framesToPlan = 0;
-    std::vector<CachedBox> _boxes; // by the page's last bits
+    // The plan that is being made.
+    size_t _frame = kFramesPerPlan; // of it
+    size_t _looked = 0;             // candidates whose children have been looked at
+    size_t _share = 0;              // to look at in a frame: as the last plan had
+    std::vector<CachedBox> _boxes;  // by the page's last bits
     std::vector<Candidate> _candidates;
     std::vector<uint32_t> _kept, _missing;
 };

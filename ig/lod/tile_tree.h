@@ -26,11 +26,11 @@ struct TileNode {
     bool visible = false; // on the grid and in view
     bool starved = false; // not split for lack of pages
     // For geomip_morph.h: weight at which the children are drawn; whether some leaf below, or itself, was in
-    // view a frame before, and came into view while its finer pages were missing; the same tile in the tree
-    // that is aimed at.
+    // view a frame before; whether it is behind what it should be for pages that came late, or still do not;
+    // the same tile in the tree that is aimed at.
     float opened = 1;
     bool seen = false;
-    bool awaiting = false;
+    bool late = false;
     int32_t target = -1;
 };
 

@@ -97,7 +97,7 @@ TreeSelector::Motion TreeSelector::motionTo(const ViewState& view) const noexcep
     const bool sameLens = a.left == b.left && a.right == b.right && a.bottom == b.bottom && a.top == b.top &&
                           a.nearM == b.nearM && a.parallel == b.parallel && _view.widthPx == view.widthPx &&
                           _view.heightPx == view.heightPx;
-    if (!_hasView || !sameLens) {
+    if (!_hasView) {
         return motion;
     }
     motion.movedM = glm::length(view.eye.m - _view.eye.m);
@@ -106,7 +106,7 @@ TreeSelector::Motion TreeSelector::motionTo(const ViewState& view) const noexcep
     const double sine = 0.5 * glm::length(glm::dvec3(turn[1][2] - turn[2][1], turn[2][0] - turn[0][2],
                                                      turn[0][1] - turn[1][0]));
     const double cosine = 0.5 * (turn[0][0] + turn[1][1] + turn[2][2] - 1.0);
-    motion.turnRad = std::atan2(sine, cosine);
+    motion.turnRad = sameLens ? std::atan2(sine, cosine) : std::numeric_limits<double>::infinity();
     motion.jumped = !(motion.movedM <= kJumpM) || !(motion.turnRad <= kJumpRad);
     return motion;
 }
@@ -161,7 +161,7 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
     bool settles = motion.jumped;
     double turnRad = motion.turnRad;
     for (int trial = 0; trial < kTrials; ++trial) {
-        const uint32_t triangles = refine(view, reach, turnRad, motion.jumped, out);
+        const uint32_t triangles = refine(view, reach, turnRad, out);
         turnRad = 0.0; // the tree has followed
         settles = settles || triangles < kJumpShare * budget;
         if (triangles > budget) {
@@ -180,7 +180,7 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
                                fits * std::clamp(kAimedShare * budget / std::max(triangles, 1U), 1.05, 4.0));
     }
     if (_reach != fits || _triangles > budget) {
-        refine(view, fits, 0.0, motion.jumped, out);
+        refine(view, fits, 0.0, out);
     }
 }
 
@@ -192,8 +192,7 @@ double TreeSelector::cutFor(const ViewState& view, double reach) const noexcept
 }
 
 // Brings pages, active set and lists to a reach; returns the triangles in view, which are in out if they fit.
-uint32_t TreeSelector::refine(const ViewState& view, double reach, double turnRad, bool everything,
-                              DrawList& out)
+uint32_t TreeSelector::refine(const ViewState& view, double reach, double turnRad, DrawList& out)
 {
     _reach = reach;
     _cutM = cutFor(view, reach);
@@ -203,7 +202,7 @@ uint32_t TreeSelector::refine(const ViewState& view, double reach, double turnRa
     clock.to(out.stats.visitNs);
     const VertexTree::Criteria criteria{view.eye.m, _planes, reach, _cutM,
                                         view.frustum.parallel ? kParallelDistanceM : 0.0};
-    _tree.update(criteria, turnRad, _open, everything || !_settings.liveRanges);
+    _tree.update(criteria, turnRad, _open, !_settings.liveRanges);
     out.stats.verticesEvaluated += _tree.evaluated();
     clock.to(out.stats.evaluateNs);
     choosePages();
@@ -249,6 +248,7 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
     const double nearM = shortestDistanceM(view);
     const double texelledM = _alpha * slot.texelM / _settings.texelPx; // nearer, finer texels are needed
     std::array<bool, 4> looked{};
+    std::array<Visibility::PlaneMask, 4> planes{};
     for (size_t q = 0; q < 4; ++q) {
         const PageGraph::Below& below = slot.below[q];
         if (below.page == kNoPage) {
@@ -266,7 +266,8 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
             texelledM * (1.0 + 1e-9) < std::max(nearestM, nearM)) {
             continue;
         }
-        looked[q] = visibility.meets(below.centre, ballM, parent.planes);
+        planes[q] = parent.planes;
+        looked[q] = visibility.meets(below.centre, ballM, planes[q]);
         stats.tilesCulled += looked[q] ? 0 : 1;
         if (looked[q] && resident) {
             _graph.prefetchBox(slot.child[q]);
@@ -283,7 +284,7 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
         const PageGraph::Below& below = slot.below[q];
         const double reachM = reach * below.largestErrorM + below.largestRadiusM;
         const PageGraph::Slot& child = _graph[slot.child[q]];
-        Visit visit{slot.child[q], below.page, parentIndex, parent.planes,
+        Visit visit{slot.child[q], below.page, parentIndex, planes[q],
                     false,         false,      false,       distanceM(child.box, view)};
         // A little more, so that rounding cannot close a page that has an active vertex.
         visit.open = parent.open && reachM * (1.0 + 1e-9) + 1e-3 > visit.distanceM;
@@ -340,23 +341,26 @@ double TreeSelector::missingPx(const Visit& parent, size_t quadrant, const ViewS
     constexpr uint32_t kHalf = kPageIntervals / 2;
     const uint32_t west = quadrant % 2 * kHalf;
     const uint32_t north = static_cast<uint32_t>(quadrant / 2) * kHalf;
-    double worst = 0;
+    const double leastM = std::max(distanceM, shortestDistanceM(view));
+    double worst = 0; // error over distance
     for (uint32_t row = north; row <= north + kHalf; ++row) {
         for (uint32_t col = west + (row + 1) % 2; col <= west + kHalf; col += 2) {
-            const uint32_t post = row * kPagePosts + col;
-            const double radiusM = _tree.radiusM(first + post);
-            const glm::dvec3 ray = _tree.position(first + post) - view.eye.m;
+            const VertexId v = first + row * kPagePosts + col;
+            const double errorM = _tree.errorM(v);
+            if (errorM <= worst * leastM) {
+                continue;
+            }
+            const double radiusM = _tree.radiusM(v);
+            const glm::dvec3 ray = _tree.position(v) - view.eye.m;
             const bool outside = std::any_of(_planes.begin(), _planes.end(), [&](const glm::dvec4& plane) {
                 return glm::dot(glm::dvec3(plane), ray) + plane.w < -radiusM;
             });
             if (!outside) {
-                const double nearestM =
-                    std::max({glm::length(ray) - radiusM, distanceM, shortestDistanceM(view)});
-                worst = std::max(worst, _alpha * decodeM(_tree.errorCode(first + post)) / nearestM);
+                worst = std::max(worst, errorM / std::max(glm::length(ray) - radiusM, leastM));
             }
         }
     }
-    return (1.0 - kMorphBand) * worst;
+    return (1.0 - kMorphBand) * _alpha * worst;
 }
 
 // A page is drawn when its texels or its vertices are needed, and its parent is drawn.
@@ -380,17 +384,22 @@ uint32_t TreeSelector::gatherLists(const ViewState& view, DrawList& out)
     _order.clear();
     for (size_t i = 0; i < _visits.size(); ++i) {
         if (_visits[i].drawn) {
-            _order.push_back(static_cast<int32_t>(i));
+            _order.push_back({_visits[i].distanceM, i});
         }
     }
-    std::sort(_order.begin(), _order.end(), [this](int32_t a, int32_t b) {
-        const double da = _visits[static_cast<size_t>(a)].distanceM;
-        const double db = _visits[static_cast<size_t>(b)].distanceM;
-        return da != db ? da < db : a > b; // the deeper one first
+    std::sort(_order.begin(), _order.end(), [](const Near& a, const Near& b) {
+        return a.distanceM != b.distanceM ? a.distanceM < b.distanceM : a.visit > b.visit; // deeper first
     });
+    const auto slotAt = [this](size_t i) { return _visits[_order[i].visit].slot; };
     uint32_t triangles = 0;
-    for (const int32_t i : _order) {
-        const Visit& visit = _visits[static_cast<size_t>(i)];
+    for (size_t i = 0; i < _order.size(); ++i) {
+        if (i + 2 < _order.size()) {
+            _lists.prefetch(slotAt(i + 2));
+        }
+        if (i + 1 < _order.size()) {
+            _lists.prefetchClusters(slotAt(i + 1));
+        }
+        const Visit& visit = _visits[_order[i].visit];
         const auto first = static_cast<uint32_t>(out.indices.size());
         triangles +=
             _lists.gather(visit.slot, view.eye.m, _planes, visit.planes, size_t{3} * _budget, out.indices);
@@ -430,8 +439,8 @@ void TreeSelector::finish(const ViewState& view, DrawList& out)
 double TreeSelector::cutPx(const ViewState& view, double px) const
 {
     const PageLists::Cut cut{view.eye.m, _alpha, _reach, _cutM, shortestDistanceM(view), _planes};
-    for (const int32_t i : _order) { // drawn, nearest first
-        const Visit& visit = _visits[static_cast<size_t>(i)];
+    for (const Near& near : _order) { // drawn, nearest first
+        const Visit& visit = _visits[near.visit];
         if (cut.alpha * cut.cutM <= px * (visit.distanceM - cut.cutM)) {
             break;
         }

@@ -81,6 +81,10 @@ private:
         bool drawn;
         double distanceM;
     };
+    struct Near {
+        double distanceM;
+        size_t visit; // index in _visits
+    };
     struct Wanted {
         double urgency;
         int32_t page;
@@ -88,14 +92,14 @@ private:
     // How the view moved since the last one.
     struct Motion {
         double movedM = 0;
-        double turnRad = 0;
+        double turnRad = 0; // infinite: it is another frustum
         bool jumped = true;
     };
 
     Motion motionTo(const ViewState& view) const noexcept;
     double nextReach(const Motion& motion) const noexcept;
     void solve(const ViewState& view, const Motion& motion, double reach, DrawList& out);
-    uint32_t refine(const ViewState& view, double reach, double turnRad, bool everything, DrawList& out);
+    uint32_t refine(const ViewState& view, double reach, double turnRad, DrawList& out);
     double cutFor(const ViewState& view, double reach) const noexcept;
     void visitPages(const ViewState& view, double reach, LodStats& stats);
     void visitBelow(int32_t parent, const ViewState& view, double reach, const Visibility& visibility,
@@ -128,7 +132,8 @@ private:
     std::array<glm::dvec4, 5> _planes{};
     // Scratch.
     std::vector<Visit> _visits;
-    std::vector<int32_t> _open, _drawn, _order;
+    std::vector<int32_t> _open, _drawn;
+    std::vector<Near> _order; // what is drawn, nearest first
     std::vector<Wanted> _wanted;
 };
 

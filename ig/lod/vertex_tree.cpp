@@ -77,15 +77,16 @@ void VertexTree::update(const Criteria& criteria, double turnRad, std::span<cons
                         bool everything)
 {
     _changed.clear();
-    const bool startsOver = everything || _fresh;
-    _allChanged = startsOver;
     _evaluated = 0;
-    if (startsOver) {
+    const double ticks = everything || _fresh ? kForever : ticksTo(criteria, turnRad);
+    const bool startsOver = !(ticks < kBuckets); // no live range is longer
+    _allChanged = startsOver;
+    if (!startsOver) {
+        _now += ticks;
+    } else {
         clear();
         _kappaPerTick = std::max(criteria.reach * kReachSharePerTick, 1e-9);
         _fresh = false;
-    } else {
-        advance(criteria, turnRad);
     }
     const double oldCutM = _criteria.cutM;
     _criteria = criteria;
@@ -137,13 +138,14 @@ void VertexTree::lookAgain(double oldCutM)
     takeDue();
 }
 
-void VertexTree::advance(const Criteria& criteria, double turnRad)
+// How far the clock advances.
+double VertexTree::ticksTo(const Criteria& criteria, double turnRad) const noexcept
 {
     const double movedM = glm::length(criteria.eye - _criteria.eye);
     const double ticks =
         std::max({movedM / kMetresPerTick, std::abs(criteria.reach - _criteria.reach) / _kappaPerTick,
                   _cullVertices ? turnRad / kRadPerTick : 0.0});
-    _now += ticks * (1.0 + 1e-9);
+    return ticks * (1.0 + 1e-9);
 }
 
 void VertexTree::openPage(int32_t slot)
@@ -231,6 +233,9 @@ void VertexTree::takeDue()
         // Of the current tick only what is due by now, unless the whole ring is.
         const bool partly = i + 1 == count && count < kBuckets;
         const auto part = static_cast<uint8_t>((_now - static_cast<double>(last)) * 256.0);
+        if (const uint32_t next = _bucket[(first + i + 1) & (kBuckets - 1)]; next != kNoChunk) {
+            __builtin_prefetch(&_chunks[next]);
+        }
         takeBucket((first + i) & (kBuckets - 1), partly ? part : UINT8_MAX);
     }
     _taken = last;
@@ -244,8 +249,11 @@ void VertexTree::takeBucket(size_t bucket, uint8_t lastPart)
     while (at != kNoChunk) {
         const Chunk chunk = _chunks[at]; // new entries may take its place
         freeChunk(at);
+        if (chunk.next != kNoChunk) {
+            __builtin_prefetch(&_chunks[chunk.next]);
+        }
         for (uint8_t i = 0; i < chunk.count; ++i) {
-            __builtin_prefetch(&_vertex[chunk.vertex[i]]);
+            prefetch(chunk.vertex[i]);
         }
         for (uint8_t i = 0; i < chunk.count; ++i) {
             const VertexId v = chunk.vertex[i];
@@ -260,6 +268,14 @@ void VertexTree::takeBucket(size_t bucket, uint8_t lastPart)
         }
         at = chunk.next;
     }
+}
+
+// What a look at the vertex will read.
+void VertexTree::prefetch(VertexId v) const noexcept
+{
+    __builtin_prefetch(&_vertex[v]);
+    const uint32_t post = v % kPagePostTotal;
+    _graph[static_cast<int32_t>(v / kPagePostTotal)].vertices.prefetch(post % kPagePosts, post / kPagePosts);
 }
 
 // Looks at a vertex whose parents may have become active.

@@ -50,8 +50,8 @@ public:
     void addPage(uint32_t slot, const PageData& data);
 
     // Makes the active set that of these criteria and of the open pages (given as slots; any order). turnRad:
-    // the angle between the last frustum and this one, which is the same but for its attitude.
-    // everything: looks at each vertex again, whatever its live range says.
+    // the angle between the last frustum and this one, which is the same but for its attitude; infinite: it
+    // is not. everything: looks at each vertex again, whatever its live range says.
     void update(const Criteria& criteria, double turnRad, std::span<const int32_t> openSlots,
                 bool everything);
 
@@ -60,12 +60,17 @@ public:
         return v == kBeyondGrid || (v != kNoVertex && (_vertex[v].flags & kActive) != 0);
     }
     // What a resident page says of any of its posts, whoever introduces it.
-    uint8_t errorCode(VertexId v) const noexcept { return _vertex[v].errorCode; }
+    double errorM(VertexId v) const noexcept { return _codeM[_vertex[v].errorCode]; }
     double radiusM(VertexId v) const noexcept { return _radiusM[_vertex[v].radiusCode]; }
     glm::dvec3 position(VertexId v) const noexcept
     {
-        return _graph[static_cast<int32_t>(v / kPagePostTotal)].vertices.position(v % kPagePostTotal,
-                                                                                  _vertex[v].height);
+        const auto post = static_cast<int>(v % kPagePostTotal);
+        return position(static_cast<int32_t>(v / kPagePostTotal), post % kPagePosts, post / kPagePosts);
+    }
+    glm::dvec3 position(int32_t slot, int col, int row) const noexcept
+    {
+        return _graph[slot].vertices.position(static_cast<size_t>(col), static_cast<size_t>(row),
+                                              _vertex[PageGraph::id(slot, col, row)].height);
     }
     uint32_t activeCount(int32_t slot) const noexcept { return _activeCount[static_cast<size_t>(slot)]; }
 
@@ -105,13 +110,14 @@ private:
     static_assert(sizeof(Chunk) == 64);
 
     void clear();
-    void advance(const Criteria& criteria, double turnRad);
+    double ticksTo(const Criteria& criteria, double turnRad) const noexcept;
     void openPage(int32_t slot);
     void closePage(int32_t slot);
     void lookAgain(double oldCutM);
     void cutMoved(double fromM, double toM);
     void takeDue();
     void takeBucket(size_t bucket, uint8_t lastPart);
+    void prefetch(VertexId v) const noexcept;
     void consider(VertexId v);
     void evaluate(VertexId v);
     void noteChange(VertexId v);

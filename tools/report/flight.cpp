@@ -66,6 +66,20 @@ Flight::Flight(const data::Dataset& dataset, const FlightPlan& plan, const Geode
 {
 }
 
+double Flight::bankRad(double timeS) const
+{
+    const double turning = std::atan2(_plan.speedMs * _plan.speedMs, 9.81 * _plan.circleM);
+    if (_plan.speedMs <= 0.0) {
+        return 0.0;
+    }
+    const double circleS = 2 * kPi * _plan.circleM / _plan.speedMs;
+    const double intoS = std::fmod(timeS, 2 * circleS);
+    const double sign = intoS < circleS ? 1.0 : -1.0;
+    const double intoCircleS = std::fmod(intoS, circleS);
+    const double fromMeetingS = std::min(intoCircleS, circleS - intoCircleS);
+    return sign * std::min(turning, kRollRadS * fromMeetingS);
+}
+
 ViewState Flight::view(double timeS, int widthPx, int heightPx)
 {
     const lod::TerrainShape& shape = _dataset.info().shape;
@@ -96,11 +110,10 @@ ViewState Flight::view(double timeS, int widthPx, int heightPx)
     _heightM += share * (wanted - _heightM);
     _lastS = timeS;
 
-    const double bank = sign * std::atan2(_plan.speedMs * _plan.speedMs, 9.81 * _plan.circleM);
     ViewState view;
     view.eye = toEcef({lat, lon, _heightM}, shape.ellipsoid);
     view.eyeFromEcef =
-        eyeFromEcefOfView(ecefFromNed(lat, lon) * parentFromChild({heading, _plan.pitchRad, bank}));
+        eyeFromEcefOfView(ecefFromNed(lat, lon) * parentFromChild({heading, _plan.pitchRad, bankRad(timeS)}));
     const double tanX = std::tan(36 * kRadPerDeg);
     const double tanY = std::tan(22.5 * kRadPerDeg);
     view.frustum = {-tanX, tanX, -tanY, tanY, 0.5};

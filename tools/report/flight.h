@@ -33,13 +33,18 @@ struct FlightPlan {
 // The middle of a dataset's grid.
 ig::Geodetic middleOf(const ig::data::DatasetInfo& dataset);
 
-// A figure of eight round a place, banked in the turns, following the ground.
+// A figure of eight round a place, banked in the turns, following the ground. It rolls at kRollRadS from one
+// circle's bank to the other's, half of it before the circles meet, as pilots do.
 class Flight {
 public:
     Flight(const ig::data::Dataset& dataset, const FlightPlan& plan, const ig::Geodetic& middle);
     ig::ViewState view(double timeS, int widthPx, int heightPx);
 
+    static constexpr double kRollRadS = 1.0;
+
 private:
+    double bankRad(double timeS) const;
+
     const ig::data::Dataset& _dataset;
     FlightPlan _plan;
     ig::Geodetic _middle;
