@@ -33,9 +33,9 @@ glm::mat4 clipFromRelative(const ViewState& view)
 
 constexpr uint32_t kNoArray = UINT32_MAX;
 constexpr uint64_t kSmallestStreamBytes = 1 << 16;
-// With 14,000 triangles on two cores: wall time of a frame 0.95 of that with one part, CPU time 1.01. Two and
-// eight gain less.
-constexpr size_t kParts = 4;
+// Against one part, with 14,000 triangles on two cores, whole frames: wall time 0.90 to 0.92, CPU time 0.98
+// to 1.01. With two parts wall time 0.92, with four 0.91 and CPU time 1.03.
+constexpr size_t kParts = 3;
 
 int32_t slotOf(uint32_t page, std::span<const int32_t> slotOfPage)
 {
