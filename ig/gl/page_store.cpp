@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kMips = std::bit_width(static_cast<unsigned>(data::kPageTexels)); // 64 .. 1
 
-// A share of full scale, -1 .. 1; NaN gives -1. Not by std::lround, whose calls were most of an upload.
+// A share of full scale, -1 .. 1; NaN gives -1. Rounds by hand: std::lround is a call, 25,000 of them a page.
 int16_t toShort(double share)
 {
     const double units = share * 32767.0;
@@ -39,7 +39,7 @@ uint8_t powerOfTwoCode(const glm::vec3& way)
     return static_cast<uint8_t>(1 + lod::kCodesPerOctave * std::clamp(exponent, 0, kLargest));
 }
 
-// Two bytes of a word at a time, each in 16 bits.
+// As meanTexel() without its divisions: two bytes of a word at a time, each in 16 bits.
 uint32_t meanOpaque(const uint32_t (&t)[4])
 {
     constexpr uint32_t kBytes = 0x00ff00ffU;
