@@ -146,6 +146,7 @@ void Context::Impl::loadExtensions(const ContextSettings& settings)
             entryPoint<PFNGLMULTIDRAWELEMENTSBASEVERTEXEXTPROC>("glMultiDrawElementsBaseVertexEXT");
     info.readDepth = hasExtension(list.c_str(), "GL_NV_read_depth");
     info.clipControl = extensions.clipControl != nullptr;
+    info.flushInParts = settings.flushInParts && info.renderer.starts_with("llvmpipe");
     info.baseVertex = extensions.multiDrawElementsBaseVertex != nullptr;
 
     if (settings.debug && hasExtension(list.c_str(), "GL_KHR_debug")) {

@@ -14,9 +14,10 @@ struct Extensions;
 struct ContextSettings {
     int deviceIndex = -1; // EGL device to use; -1 takes the first that works
     bool debug = false;   // KHR_debug context; its errors are counted, see Context::debugErrors
-    // Optional extensions that can be done without, so that tests run the fallback paths.
+    // Extensions and driver's ways that can be done without, so that tests run the other paths.
     bool clipControl = true;
     bool baseVertex = true;
+    bool flushInParts = true;
 };
 
 // What start-up found; goes into statistics and goldens.
@@ -26,6 +27,9 @@ struct ContextInfo {
     bool clipControl = false;              // EXT_clip_control: 0..1 clip range
     bool readDepth = false;                // NV_read_depth: the depth buffer can be read back
     bool baseVertex = false;               // draws with a base vertex: the whole terrain in a few calls
+    // llvmpipe: threads of its own rasterise what is flushed while the next draw calls are prepared. A driver
+    // of a GPU that works tile by tile would store and load its tiles once more at every flush.
+    bool flushInParts = false;
 };
 
 // Current on the thread that made it, which has at most one at a time.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "ig/gl/page_store.h"
 #include "ig/gl/renderer.h"
+#include "ig/gl/shaders.h"
+#include "ig/gl/sky_pass.h"
 #include "ig/gl/target.h"
 #include "ig/gl/terrain_pass.h"
 
@@ -33,7 +35,7 @@ public:
 
     void draw(const ViewState& view, const lod::DrawList& list, std::span<const int32_t> slotOfPage) override
     {
-        _targets[_picture].begin();
+        _targets[_picture].begin(kSkyBelowHorizon);
         _terrain.begin(view);
         _listBytes = _terrain.draw(_store, list, slotOfPage);
         _sky.draw(view);

@@ -2,9 +2,9 @@
 // ig/gl: draws a DrawList offscreen with OpenGL ES 3.0 and reads it back. It knows no protocol. Only the
 // thread that made the context may call it.
 //
-// A frame: draw() clears (reversed depth: 0 is infinitely far), draws the tiles nearest first with shared
-// static index buffers, or the page lists with their own indices, then the sky where nothing was drawn;
-// read() copies the picture out, top row first.
+// A frame: draw() clears to haze (reversed depth: 0 is infinitely far), draws the tiles nearest first with
+// shared static index buffers, or the page lists with their own indices, then the sky above the horizon where
+// nothing was drawn; read() copies the picture out, top row first.
 #pragma once
 
 #include "ig/base/result.h"

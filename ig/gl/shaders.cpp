@@ -13,10 +13,12 @@ namespace ig::gl {
 namespace {
 
 // Shared by terrain and sky, so that distant terrain fades into the sky behind it.
-constexpr const char* kSkyColours = R"(
-const vec3 kHazeColour = vec3(0.760, 0.835, 0.902);
-const vec3 kZenithColour = vec3(0.235, 0.435, 0.745);
-)";
+std::string hazeColour()
+{
+    const auto& haze = kSkyBelowHorizon;
+    return fmt::format("precision highp float;\nconst vec3 kHazeColour = vec3({:.3f}, {:.3f}, {:.3f});\n",
+                       haze[0], haze[1], haze[2]);
+}
 
 constexpr const char* kTerrainVertex = R"(
 precision highp float;
@@ -94,7 +96,6 @@ void main()
 )";
 
 constexpr const char* kTerrainFragment = R"(
-precision highp float;
 precision mediump sampler2DArray;
 uniform sampler2DArray u_pages;
 in vec2 v_place;
@@ -129,25 +130,26 @@ void main()
 constexpr const char* kSkyVertex = R"(
 precision highp float;
 uniform vec4 u_sides;
+uniform vec2 u_corners[MOST_CORNERS];
 out vec2 v_tangent;
 void main()
 {
-    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0; // 0 .. 1 is the target
+    vec2 corner = u_corners[gl_VertexID]; // 0 .. 1 is the target
     v_tangent = vec2(mix(u_sides.x, u_sides.y, corner.x), mix(u_sides.w, u_sides.z, corner.y));
     gl_Position = vec4(corner * 2.0 - 1.0, INFINITE_DEPTH, 1.0);
 }
 )";
 
 constexpr const char* kSkyFragment = R"(
-precision highp float;
+const vec3 kZenithColour = vec3(0.235, 0.435, 0.745);
 uniform vec3 u_up;
 in vec2 v_tangent;
 layout(location = 0) out vec4 o_colour;
 void main()
 {
-    float sine = dot(normalize(vec3(v_tangent, -1.0)), u_up); // of the elevation
-    // Below the horizon all is haze: what lies beyond the terrain's edge must not stand out behind it.
-    o_colour = vec4(mix(kZenithColour, kHazeColour, exp2(-5.0 * max(sine, 0.0))), 0.0);
+    vec3 ray = vec3(v_tangent, -1.0);
+    float sine = dot(ray, u_up) * inversesqrt(dot(ray, ray)); // of the elevation
+    o_colour = vec4(mix(kZenithColour, kHazeColour, exp2(-5.0 * sine)), 0.0);
 }
 )";
 
@@ -202,17 +204,16 @@ ShaderPair terrainShaders(const TerrainVariant& variant)
             "#define MORPH_BAND {:.9e}\n",
             int{kAttributeToMiddle}, int{kAttributeCodes}, lod::kTileIntervals, lod::kCodesPerOctave,
             lod::kSmallestCodeM * std::exp2(-1.0 / lod::kCodesPerOctave), lod::kMorphBand);
-    const std::string fragmentHead = head + "precision highp float;\n" + kSkyColours;
-    return {vertexHead + kTerrainVertex, fragmentHead + kTerrainFragment};
+    return {vertexHead + kTerrainVertex, head + hazeColour() + kTerrainFragment};
 }
 
 ShaderPair skyShaders(bool clipControl)
 {
     // Window depth 0 either way.
     const std::string vertexHead =
-        std::string(kVersion) + fmt::format("#define INFINITE_DEPTH {}\n", clipControl ? "0.0" : "-1.0");
-    return {vertexHead + kSkyVertex,
-            std::string(kVersion) + "precision highp float;\n" + kSkyColours + kSkyFragment};
+        kVersion + fmt::format("#define INFINITE_DEPTH {}\n#define MOST_CORNERS {}\n",
+                               clipControl ? "0.0" : "-1.0", kMostSkyCorners);
+    return {vertexHead + kSkyVertex, kVersion + hazeColour() + kSkyFragment};
 }
 
 ShaderPair depthProbeShaders()

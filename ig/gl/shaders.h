@@ -4,6 +4,8 @@
 
 #include "ig/gl/renderer.h"
 
+#include <array>
+#include <cstddef>
 #include <string>
 
 namespace ig::gl {
@@ -31,8 +33,16 @@ struct ShaderPair {
 // u_sides (vec4: weights north, east, south, west).
 ShaderPair terrainShaders(const TerrainVariant& variant);
 
-// One triangle over the whole target at infinite depth, no attributes. Uniforms: u_sides (vec4: left, right,
-// bottom, top tangents), u_up (vec3: away from the Earth's centre, eye frame).
+// Red, green, blue and alpha of the sky below the horizon, which is also the haze that terrain fades into.
+inline constexpr std::array<float, 4> kSkyBelowHorizon{0.760F, 0.835F, 0.902F, 0.0F};
+
+// A rectangle cut by a line.
+inline constexpr size_t kMostSkyCorners = 5;
+
+// A polygon above the horizon, at infinite depth, no attributes. Uniforms: u_corners (vec2[kMostSkyCorners]:
+// 0
+// .. 1 is the target), u_sides (vec4: left, right, bottom, top tangents), u_up (vec3: away from the Earth's
+// centre, eye frame).
 ShaderPair skyShaders(bool clipControl);
 
 // Copies the depth of a pixel, as bits, into an R32UI target. Uniforms: u_depth (sampler), u_pixel (ivec2).

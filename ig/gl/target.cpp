@@ -64,18 +64,17 @@ Result<Target> Target::create(int widthPx, int heightPx)
     return target;
 }
 
-void Target::begin() const
+void Target::begin(const std::array<float, 4>& colour) const
 {
     glBindFramebuffer(GL_FRAMEBUFFER, _framebuffer.name());
     glViewport(0, 0, _widthPx, _heightPx);
     glDisable(GL_SCISSOR_TEST);
     glDisable(GL_BLEND);
     glDisable(GL_DITHER);
-    const GLenum colour = GL_COLOR_ATTACHMENT0;
-    glInvalidateFramebuffer(GL_FRAMEBUFFER, 1, &colour);
     glDepthMask(GL_TRUE);
+    glClearColor(colour[0], colour[1], colour[2], colour[3]);
     glClearDepthf(0.0F);
-    glClear(GL_DEPTH_BUFFER_BIT);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
 }
 
 void Target::read(std::span<std::byte> rgba) const

@@ -6,6 +6,7 @@
 #include "ig/base/result.h"
 #include "ig/gl/gl_objects.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -17,9 +18,8 @@ public:
     // Error (graphics): a size beyond the driver's limits, or no memory for it.
     static Result<Target> create(int widthPx, int heightPx);
 
-    // Binds, and clears depth to 0, infinitely far. Colour is left undefined: the sky fills what terrain
-    // does not.
-    void begin() const;
+    // Binds, and clears to a colour (red, green, blue, alpha) and depth 0, infinitely far.
+    void begin(const std::array<float, 4>& colour) const;
 
     // Waits for the picture. rgba.size() is at least width * height * 4 (asserted).
     void read(std::span<std::byte> rgba) const;

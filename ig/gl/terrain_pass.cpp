@@ -7,14 +7,12 @@
 #include "ig/gl/shaders.h"
 #include "ig/gl/split_position.h"
 
-#include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/matrix.hpp>
 
 #include <algorithm>
 #include <bit>
 #include <cassert>
-#include <utility>
 
 namespace ig::gl {
 namespace {
@@ -35,6 +33,9 @@ glm::mat4 clipFromRelative(const ViewState& view)
 
 constexpr uint32_t kNoArray = UINT32_MAX;
 constexpr uint64_t kSmallestStreamBytes = 1 << 16;
+// Against one part, with 14,000 triangles on two cores, whole frames: wall time 0.90 to 0.92, CPU time 0.98
+// to 1.01. With two parts wall time 0.92, with four 0.91 and CPU time 1.03.
+constexpr size_t kParts = 3;
 
 int32_t slotOf(uint32_t page, std::span<const int32_t> slotOfPage)
 {
@@ -61,6 +62,7 @@ Result<TerrainPass> TerrainPass::create(const Context& context, const PageStore&
 
     TerrainPass pass;
     pass._extensions = &context.extensions();
+    pass._flushInParts = context.info().flushInParts;
     pass._program = *std::move(program);
     const auto location = [&](const char* name) { return glGetUniformLocation(pass._program.name(), name); };
     pass._clipFromRelative = location("u_clipFromRelative");
@@ -142,6 +144,11 @@ uint64_t TerrainPass::draw(const PageStore& store, const lod::DrawList& list,
     assert(list.items.empty() || list.lists.empty());
     glBindVertexArray(_vertexArray.name());
     _boundArray = kNoArray;
+    size_t indices = list.indices.size();
+    for (const lod::DrawItem& item : list.items)
+        indices += _tiles.range(item).count;
+    _partIndices = indices / kParts + 1;
+    _unflushed = 0;
     drawTiles(store, list.items, slotOfPage);
     const uint64_t bytes = drawLists(store, list, slotOfPage);
     glBindVertexArray(0);
@@ -162,7 +169,7 @@ void TerrainPass::drawTiles(const PageStore& store, std::span<const lod::DrawIte
             setWeights(item);
         add(store, slotOf(item.page, slotOfPage), tileCorner(item), _tiles.range(item));
     }
-    flush();
+    drawBatch();
 }
 
 // Tiles on the way have uniforms of their own; those at rest share theirs, and their draw calls.
@@ -173,7 +180,7 @@ void TerrainPass::setWeights(const lod::DrawItem& item)
                         std::all_of(side.begin(), side.end(), [](float weight) { return weight >= 1.0F; });
     if (atRest && !_weighted)
         return;
-    flush();
+    drawBatch();
     const int posts = item.stride * lod::kTileIntervals;
     glUniform4f(_tile, static_cast<float>(item.windowX * posts), static_cast<float>(item.windowY * posts),
                 1.0F / static_cast<float>(item.stride), item.weight);
@@ -200,7 +207,7 @@ uint64_t TerrainPass::drawLists(const PageStore& store, const lod::DrawList& lis
     setMorph(list.morph);
     for (const lod::PageList& pageList : list.lists)
         add(store, slotOf(pageList.page, slotOfPage), 0, {pageList.first, pageList.count});
-    flush();
+    drawBatch();
     return bytes;
 }
 
@@ -232,7 +239,7 @@ void TerrainPass::add(const PageStore& store, int32_t slot, uint32_t post, const
     const uint32_t array = number / store.slotsPerArray();
     const bool baseVertex = _extensions->multiDrawElementsBaseVertex != nullptr;
     if (array != _boundArray) {
-        flush();
+        drawBatch();
         store.bindArray(array);
         _boundArray = array;
         if (baseVertex) // of the array, from the slot that the vertex number gives
@@ -244,17 +251,23 @@ void TerrainPass::add(const PageStore& store, int32_t slot, uint32_t post, const
         store.pointAttributes(vertex);
         glUniform1i(_layer, static_cast<GLint>(number % store.slotsPerArray()));
         glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(range.count), GL_UNSIGNED_SHORT, offset);
-        return;
+    } else {
+        if (_batch.size == Batch::kCapacity)
+            drawBatch();
+        _batch.count[_batch.size] = static_cast<GLsizei>(range.count);
+        _batch.offset[_batch.size] = offset;
+        _batch.baseVertex[_batch.size] = static_cast<GLint>(vertex);
+        ++_batch.size;
     }
-    if (_batch.size == Batch::kCapacity)
-        flush();
-    _batch.count[_batch.size] = static_cast<GLsizei>(range.count);
-    _batch.offset[_batch.size] = offset;
-    _batch.baseVertex[_batch.size] = static_cast<GLint>(vertex);
-    ++_batch.size;
+    _unflushed += range.count;
+    if (_flushInParts && _unflushed >= _partIndices) {
+        drawBatch();
+        glFlush();
+        _unflushed = 0;
+    }
 }
 
-void TerrainPass::flush()
+void TerrainPass::drawBatch()
 {
     if (_batch.size == 0)
         return;
@@ -262,45 +275,6 @@ void TerrainPass::flush()
                                              _batch.offset.data(), static_cast<GLsizei>(_batch.size),
                                              _batch.baseVertex.data());
     _batch.size = 0;
-}
-
-Result<SkyPass> SkyPass::create(const Context& context)
-{
-    const ShaderPair source = skyShaders(context.info().clipControl);
-    Result<Program> program = makeProgram("sky", source.vertex, source.fragment);
-    if (!program)
-        return Unexpected{program.error()};
-    SkyPass pass;
-    pass._program = *std::move(program);
-    pass._sides = glGetUniformLocation(pass._program.name(), "u_sides");
-    pass._up = glGetUniformLocation(pass._program.name(), "u_up");
-    pass._noAttributes = makeVertexArray();
-    return pass;
-}
-
-void SkyPass::draw(const ViewState& view) const
-{
-    const double fromCentreM = glm::length(view.eye.m);
-    const glm::dvec3 up = fromCentreM > 1.0 ? view.eye.m / fromCentreM : glm::dvec3(0.0, 0.0, 1.0);
-    const glm::vec3 upInEye(view.eyeFromEcef * up);
-    Frustum f = view.frustum;
-    if (f.parallel)
-        f.left = f.right = f.bottom = f.top = 0.0; // looks the same way everywhere
-    if (view.mirrorX)
-        std::swap(f.left, f.right);
-    if (view.mirrorY)
-        std::swap(f.bottom, f.top);
-    glUseProgram(_program.name());
-    glUniform4f(_sides, static_cast<float>(f.left), static_cast<float>(f.right), static_cast<float>(f.bottom),
-                static_cast<float>(f.top));
-    glUniform3fv(_up, 1, glm::value_ptr(upInEye));
-    glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_EQUAL);
-    glDepthMask(GL_FALSE);
-    glDisable(GL_CULL_FACE);
-    glBindVertexArray(_noAttributes.name());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-    glBindVertexArray(0);
 }
 
 } // namespace ig::gl

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Draws tiles or page lists from a page store, and the sky behind them. Internal to ig/gl.
+// Draws tiles or page lists from a page store. Internal to ig/gl.
 #pragma once
 
 #include "ig/base/result.h"
@@ -54,9 +54,9 @@ private:
                        std::span<const int32_t> slotOfPage);
     void streamIndices(std::span<const uint16_t> indices);
     // Draws indices of the bound index buffer, vertex 0 being a post of a page; with base-vertex draws not
-    // before flush().
+    // before drawBatch().
     void add(const PageStore& store, int32_t slot, uint32_t post, const TileIndices::Range& range);
-    void flush();
+    void drawBatch();
 
     const Extensions* _extensions = nullptr; // the context's
     Program _program;
@@ -71,20 +71,10 @@ private:
     TileIndices _tiles;
     Batch _batch;
     uint32_t _boundArray = 0;
-    bool _weighted = false; // the uniforms of tiles are those of a tile on the way
-};
-
-class SkyPass {
-public:
-    // Error (graphics): a shader that does not compile.
-    static Result<SkyPass> create(const Context& context);
-    // Fills what has infinite depth.
-    void draw(const ViewState& view) const;
-
-private:
-    Program _program;
-    GLint _sides = -1, _up = -1;
-    VertexArray _noAttributes;
+    bool _flushInParts = false; // ContextInfo::flushInParts
+    size_t _partIndices = 0;    // that make a part of this frame
+    size_t _unflushed = 0;      // indices of the part so far
+    bool _weighted = false;     // the uniforms of tiles are those of a tile on the way
 };
 
 } // namespace ig::gl

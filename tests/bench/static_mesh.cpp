@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "static_mesh.h"
 
+#include "ig/gl/shaders.h"
 #include "ig/gl/tile_indices.h"
 
 #include <utility>
@@ -67,7 +68,7 @@ void StaticMesh::setTriangles(const ig::lod::DrawList& list, std::span<const int
 
 void StaticMesh::draw(const ig::ViewState& view)
 {
-    _target.begin();
+    _target.begin(kSkyBelowHorizon);
     _terrain.begin(view);
     _terrain.setMorph(_morph);
     _store.bindArray(0);

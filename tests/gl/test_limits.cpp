@@ -35,13 +35,14 @@ TEST_CASE("a context says what it found", "[gl]")
            context->info().platform == "default"));
 }
 
-TEST_CASE("optional extensions can be left out", "[gl]")
+TEST_CASE("optional extensions and flushing in parts can be left out", "[gl]")
 {
     const ig::Result<ig::gl::Context> context =
-        ig::gl::Context::create({.clipControl = false, .baseVertex = false});
+        ig::gl::Context::create({.clipControl = false, .baseVertex = false, .flushInParts = false});
     REQUIRE(context);
     CHECK_FALSE(context->info().clipControl);
     CHECK_FALSE(context->info().baseVertex);
+    CHECK_FALSE(context->info().flushInParts);
 }
 
 TEST_CASE("a device that does not exist is an error that says so", "[gl]")

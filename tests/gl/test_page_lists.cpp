@@ -141,20 +141,24 @@ TEST_CASE("a post that moves in one page only leaves cracks, which shows that th
     CHECK(crackPixels({}, 12, meshes) > 10);
 }
 
-TEST_CASE("pictures of page lists are the same bytes with and without base-vertex draws", "[gl]")
+TEST_CASE(
+    "pictures of page lists are the same bytes with and without base-vertex draws, flushed in parts and once",
+    "[gl]")
 {
     std::mt19937 random(3);
     const ig::ViewState view = downward(random, false);
     const ig::lod::DrawList list = refined(scene().terrain, view, refinement(1));
     REQUIRE(list.lists.size() > 3);
-    const auto bytes = [&](bool baseVertex) {
+    const auto bytes = [&](const ig::gl::ContextSettings& context) {
         ig::gl::RendererSettings hazy = settings();
         hazy.visibilityM = 2e4;
-        Stage stage(hazy, {.baseVertex = baseVertex});
+        Stage stage(hazy, context);
         upload(stage, scene().meshes);
         return stage.draw(view, list, scene().terrain.slotOfPage).rgba;
     };
-    CHECK(bytes(true) == bytes(false));
+    const auto expected = bytes({});
+    CHECK(bytes({.baseVertex = false}) == expected);
+    CHECK(bytes({.flushInParts = false}) == expected);
 }
 
 // Tolerance: depth as in test_precision.cpp, and the rounding of the way: 2^-15 of an error that is at most

@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -113,6 +114,44 @@ TEST_CASE("the sky is bluer higher up, smooth, and darker than white", "[gl]")
     const auto bottom = image.at(80, 119);
     CHECK(bottom[0] - top[0] > 30);
     CHECK(top[2] > top[0] + 40);
+}
+
+// From haze to blue by the sine of the elevation; below the horizon all is haze.
+TEST_CASE("every pixel of the sky has the colour of its elevation, at any attitude", "[gl]")
+{
+    const glm::dvec3 haze(0.760, 0.835, 0.902);
+    const glm::dvec3 zenith(0.235, 0.435, 0.745);
+    Stage stage(small());
+    const ig::lod::DrawList nothing;
+    for (const double pitch : {-1.5, -0.4, -0.1, 0.0, 0.3, 1.5}) {
+        for (const double roll : {0.0, 0.7, -2.0, 3.1}) {
+            for (const bool mirrored : {false, true}) {
+                ig::ViewState view = viewFrom(above(1000.0), {1.0, pitch, roll}, 1.2, 160, 120);
+                view.mirrorX = mirrored;
+                const glm::dvec3 up = view.eyeFromEcef * glm::normalize(view.eye.m);
+                const ig::Frustum& f = view.frustum;
+                const Image image = stage.draw(view, nothing, {});
+                int worst = 0;
+                for (int y = 0; y < 120; ++y) {
+                    for (int x = 0; x < 160; ++x) {
+                        const int column = mirrored ? 159 - x : x;
+                        const glm::dvec3 ray(glm::mix(f.left, f.right, (column + 0.5) / 160.0),
+                                             glm::mix(f.top, f.bottom, (y + 0.5) / 120.0), -1.0);
+                        const double sine = std::max(glm::dot(glm::normalize(ray), up), 0.0);
+                        const glm::dvec3 colour = 255.0 * glm::mix(zenith, haze, std::exp2(-5.0 * sine));
+                        for (glm::length_t channel = 0; channel < 3; ++channel) {
+                            const int drawn = image.at(x, y)[static_cast<size_t>(channel)];
+                            worst = std::max(
+                                worst, std::abs(drawn - static_cast<int>(std::lround(colour[channel]))));
+                        }
+                    }
+                }
+                CAPTURE(pitch, roll, mirrored);
+                CHECK(worst <= 1);
+                CHECK(image.skyPixels() == 160 * 120);
+            }
+        }
+    }
 }
 
 TEST_CASE("the inside of the terrain is not drawn", "[gl]")

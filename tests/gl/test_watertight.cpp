@@ -69,16 +69,18 @@ TEST_CASE("unstitched sides do leave cracks, which shows that these tests see th
           }) > 10);
 }
 
-TEST_CASE("pictures are the same bytes with and without base-vertex draws", "[gl]")
+TEST_CASE("pictures are the same bytes with and without base-vertex draws, flushed in parts and once", "[gl]")
 {
     const Terrain terrain = hills(kDeepestPage, kCellM);
     const Tiling tiling = tile(terrain, 100.0, 140.0, 0.5);
     std::mt19937 random(3);
     const ig::ViewState view = randomView(random, terrain);
-    const auto bytes = [&](bool baseVertex) {
+    const auto bytes = [&](const ig::gl::ContextSettings& context) {
         Stage stage({.widthPx = kWidthPx, .heightPx = kHeightPx, .pageSlots = 32, .visibilityM = 2e4},
-                    {.baseVertex = baseVertex});
+                    context);
         return stage.draw(view, tiling).rgba;
     };
-    CHECK(bytes(true) == bytes(false));
+    const auto expected = bytes({});
+    CHECK(bytes({.baseVertex = false}) == expected);
+    CHECK(bytes({.flushInParts = false}) == expected);
 }
