@@ -39,10 +39,9 @@ inline constexpr std::array<float, 4> kSkyBelowHorizon{0.760F, 0.835F, 0.902F, 0
 // A rectangle cut by a line.
 inline constexpr size_t kMostSkyCorners = 5;
 
-// A polygon above the horizon, at infinite depth, no attributes. Uniforms: u_corners (vec2[kMostSkyCorners]:
-// 0
-// .. 1 is the target), u_sides (vec4: left, right, bottom, top tangents), u_up (vec3: away from the Earth's
-// centre, eye frame).
+// A polygon above the horizon, at infinite depth, no attributes. Uniforms: u_corners (vec2[kMostSkyCorners],
+// 0 to 1 over the target), u_sides (vec4: left, right, bottom, top tangents), u_up (vec3: away from the
+// Earth's centre, eye frame).
 ShaderPair skyShaders(bool clipControl);
 
 // Copies the depth of a pixel, as bits, into an R32UI target. Uniforms: u_depth (sampler), u_pixel (ivec2).
