@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // eyepoint-frames: takes frames out of an image generator's ring; shows figures, stores or pipes them on.
 #include "ig/app/command_line.h"
+#include "ig/out/eyepoint_frames.h"
 #include "tools/frames/ring_reader.h"
 
 #include <algorithm>
@@ -13,6 +14,17 @@ volatile std::sig_atomic_t stopRequested = 0;
 void requestStop(int)
 {
     stopRequested = 1;
+}
+
+CLI::Validator ringName()
+{
+    static_assert(EYEPOINT_FRAMES_MAX_NAME == 200, "as the message says");
+    const auto check = [](const std::string& name) {
+        const bool good =
+            !name.empty() && name.size() <= EYEPOINT_FRAMES_MAX_NAME && name.find('/') == std::string::npos;
+        return good ? std::string() : '\'' + name + "' is not a name of 1 to 200 characters without a slash";
+    };
+    return CLI::Validator(check, "");
 }
 
 int fail(const ig::Error& error)
@@ -28,7 +40,7 @@ int main(int argc, char** argv)
     CLI::App app{"Takes frames out of the ring of an image generator (its sink shm:NAME) and reports how.",
                  "eyepoint-frames"};
     frames::Options options;
-    app.add_option("NAME", options.ring, "name of the ring")->required();
+    app.add_option("NAME", options.ring, "name of the ring")->required()->check(ringName());
     app.add_option(
            "--to", options.sinks,
            "png:DIR, y4m:FILE, raw:FILE, gst:PIPELINE or null, FILE - is standard output; may be repeated")

@@ -124,6 +124,8 @@ Result<int> runBuild(const BuildCommand& command, const std::atomic<bool>& cance
     for (const std::string& input : command.rasters.files)
         if (sameFile(input, command.output))
             return fail(ErrorKind::usage, input + ": both input and output; give another output name");
+    if (Result<void> fit = checkTarget(command.output); !fit) // not after minutes of work
+        return Unexpected{fit.error()};
     Progress progress(command.quiet);
     const Monitor monitor = monitorOf(progress, cancelled);
     GdalSession gdal;
