@@ -14,6 +14,7 @@
 
 #include <catch2/catch.hpp>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <array>
 #include <chrono>
