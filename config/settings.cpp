@@ -5,8 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <sstream>
@@ -549,8 +553,16 @@ Result<void> checkApart(const Settings& settings, const std::vector<View>& views
 
 Result<Settings> load(const std::string& path)
 {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) { // would be read as an empty file
+        return fail(ErrorKind::usage, path + ": is a directory; expected a TOML file");
+    }
+    std::ifstream text(path, std::ios::binary);
+    if (!text) {
+        return fail(ErrorKind::usage, path + ": cannot open: " + std::strerror(errno));
+    }
     try {
-        const toml::table file = toml::parse_file(path);
+        const toml::table file = toml::parse(text, path);
         Settings settings;
         if (auto applied = apply(file, path, settings); !applied) {
             return fail(applied.error().kind, applied.error().message);

@@ -5,6 +5,7 @@
 #include "ig/base/thread_signals.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -17,6 +18,7 @@ namespace hostif {
 namespace {
 
 constexpr std::chrono::milliseconds kStoreInterval{100};
+constexpr int kSlowReaderMs = 2000;
 
 int64_t nsOf(std::chrono::nanoseconds sinceEpoch)
 {
@@ -31,10 +33,14 @@ int64_t offsetNowNs()
 
 ig::Error failure(ig::ErrorKind kind, const std::string& path)
 {
-    return {kind, "cannot write recording " + path + ": " + std::strerror(errno)};
+    const char* why = errno == ENXIO    ? "nobody reads this FIFO: start its reader first"
+                      : errno == EAGAIN ? "its reader does not read"
+                                        : std::strerror(errno);
+    return {kind, "cannot write recording " + path + ": " + why};
 }
 
-// Bytes written; fewer than asked for when the system refuses (errno).
+// Bytes written; fewer than asked for when the system refuses or the reader of a FIFO reads nothing for a
+// while (errno).
 size_t writeAll(int file, std::span<const std::byte> bytes)
 {
     size_t done = 0;
@@ -42,6 +48,12 @@ size_t writeAll(int file, std::span<const std::byte> bytes)
         const ssize_t count = ::write(file, bytes.data() + done, bytes.size() - done);
         if (count < 0 && errno == EINTR)
             continue;
+        if (count < 0 && errno == EAGAIN) {
+            pollfd room{file, POLLOUT, 0};
+            if (::poll(&room, 1, kSlowReaderMs) > 0)
+                continue;
+            errno = EAGAIN;
+        }
         if (count <= 0)
             break;
         done += static_cast<size_t>(count);
@@ -53,7 +65,8 @@ size_t writeAll(int file, std::span<const std::byte> bytes)
 
 ig::Result<std::unique_ptr<Recorder>> Recorder::open(const std::string& path, size_t bufferBytes)
 {
-    const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    // Without waiting: a FIFO that nobody reads would hold up the start.
+    const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0644);
     if (file < 0)
         return ig::Unexpected{failure(ig::ErrorKind::usage, path)};
     return std::unique_ptr<Recorder>(new Recorder(file, path, bufferBytes));

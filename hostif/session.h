@@ -11,8 +11,7 @@
 // Rules
 //   host      The first valid datagram's sender is the host until it is lost; others are refused. With a
 //             configured peer only that IP address is believed, whatever its port.
-//   protocol  The configured one, or else that of the first valid datagram until the host is lost; datagrams
-//   of
+//   protocol  The configured one, or else that of the first valid datagram until the host is lost; those of
 //             another one are refused by name. FGNetFDM knows no modes and no answer: it operates.
 //   frames    A gap in the host's frame numbers is loss. A duplicate or late message is dropped, counted,
 //             the requests in it too. A step back beyond the reorder window, any step back after silence
@@ -26,9 +25,8 @@
 //             Loaded terrain is not loaded again.
 //   silence   A host that says nothing valid for a while is lost: its last state stays, Start Of Frame
 //             goes on with an unchanged echo and status kStatusHostLost.
-//   answers   What respond() is given follows the next Start Of Frame, in order, as far as kLargestAnswer
-//   goes;
-//             the rest waits for the one after it. A skipped packet's id is told to the host once.
+//   answers   What respond() is given follows the next Start Of Frame, in order, up to kLargestAnswer; the
+//             rest waits for the one after it. A skipped packet's id is told to the host once.
 #pragma once
 
 #include "hostif/address.h"

@@ -5,6 +5,7 @@
 #include "ig/app/frame_schedule.h"
 #include "ig/app/frame_time_control.h"
 #include "ig/app/host_link.h"
+#include "ig/app/output_files.h"
 #include "ig/app/run_statistics.h"
 #include "ig/app/steady_clock.h"
 #include "ig/app/terrain_view.h"
@@ -18,12 +19,14 @@
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <fstream>
 #include <random>
+#include <set>
 #include <thread>
 
 using namespace ig;
@@ -896,4 +899,57 @@ TEST_CASE("a file that cannot be written is an error that leaves nothing behind"
     REQUIRE(app::writeFile(dir.file("stats.json"), "{}\n"));
     CHECK(std::filesystem::file_size(dir.file("stats.json")) == 3);
     CHECK_FALSE(std::filesystem::exists(dir.file("stats.json.partial")));
+}
+
+TEST_CASE("a link, a device and a pipe that are written to stay what they are")
+{
+    const test::TempDir dir;
+    REQUIRE(app::writeFile(dir.file("real"), "old"));
+    std::filesystem::create_symlink("real", dir.file("link"));
+    REQUIRE(app::writeFile(dir.file("link"), "new\n"));
+    CHECK(std::filesystem::is_symlink(dir.file("link")));
+    CHECK(std::filesystem::file_size(dir.file("real")) == 4);
+
+    REQUIRE(mkfifo(dir.file("pipe").c_str(), 0600) == 0);
+    const auto unread = app::writeFile(dir.file("pipe"), "x");
+    REQUIRE_FALSE(unread);
+    CHECK_THAT(unread.error().message, Catch::Contains("nobody reads"));
+    CHECK(std::filesystem::is_fifo(dir.file("pipe")));
+    std::filesystem::create_symlink("/dev/null", dir.file("device"));
+    REQUIRE(app::writeFile(dir.file("device"), "x"));
+    CHECK(std::filesystem::is_symlink(dir.file("device")));
+}
+
+TEST_CASE("what is read or already written is not written over, however it is spelt")
+{
+    const test::TempDir dir;
+    REQUIRE(app::writeFile(dir.file("world.ept"), "terrain"));
+    std::filesystem::create_symlink("world.ept", dir.file("link"));
+    const std::vector<app::NamedFile> read{{dir.file("world.ept"), "terrain.file"}, {"", "--config"}};
+    const auto apart = [&](std::vector<app::NamedFile> written) {
+        return bool(app::checkApart(read, written));
+    };
+    CHECK_FALSE(apart({{dir.file("world.ept"), "--record"}}));
+    CHECK_FALSE(apart({{dir.file("./world.ept"), "--record"}}));
+    CHECK_FALSE(apart({{dir.file("link"), "--record"}}));
+    CHECK_FALSE(apart({{dir.file("a"), "--record"}, {dir.file("b/../a"), "--stats"}}));
+    CHECK_FALSE(apart({{"-", "output.sinks"}, {"-", "output.receipts"}}));
+    CHECK(apart({{dir.file("a"), "--record"}, {dir.file("b"), "--stats"}, {"", "x"}, {"", "y"}, {"-", "z"}}));
+    CHECK(apart({{"/dev/null", "--record"}, {"/dev/null", "--stats"}}));
+}
+
+TEST_CASE("a run writes its statistics, recording, receipts and streams to files")
+{
+    config::Settings settings;
+    settings.output.stats = "s";
+    settings.host.record = "r";
+    settings.views.resize(2);
+    settings.views[0].sinks = {"png:p", "y4m:y", "null"};
+    settings.views[1].receipts = "l";
+    settings.views[1].sinks = {"raw:w", "shm:n"};
+    std::set<std::string> paths;
+    for (const app::NamedFile& file : app::filesWritten(settings)) {
+        paths.insert(file.path);
+    }
+    CHECK(paths == std::set<std::string>{"", "s", "r", "y", "l", "w"});
 }

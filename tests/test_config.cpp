@@ -37,6 +37,17 @@ std::string errorOf(const std::string& text)
 
 } // namespace
 
+TEST_CASE("a directory is no configuration, and a missing file is named with the reason")
+{
+    const auto directory = config::load("/");
+    REQUIRE_FALSE(directory);
+    CHECK_THAT(directory.error().message, Catch::Contains("/: is a directory"));
+    const auto missing = config::load("/no/such/file.toml");
+    REQUIRE_FALSE(missing);
+    CHECK(missing.error().kind == ig::ErrorKind::usage);
+    CHECK_THAT(missing.error().message, Catch::Contains("/no/such/file.toml: cannot open: No such file"));
+}
+
 TEST_CASE("the shipped file lists every key, with the built-in default as its value")
 {
     const std::string path = EYEPOINT_SOURCE_DIR "/config/eyepoint.toml";

@@ -14,6 +14,7 @@
 
 #include <catch2/catch.hpp>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <array>
 #include <chrono>
@@ -336,6 +337,11 @@ TEST_CASE("a recorder never waits for the disk: what finds no room is dropped, a
     CHECK(complaints(*recording).empty());
 
     CHECK_FALSE(hostif::Recorder::open("/nowhere/at/all.pcap"));
+    const std::string fifo = dir.file("fifo");
+    REQUIRE(mkfifo(fifo.c_str(), 0600) == 0);
+    const auto unread = hostif::Recorder::open(fifo); // fails instead of waiting for a reader
+    REQUIRE_FALSE(unread);
+    CHECK_THAT(unread.error().message, Catch::Contains("nobody reads this FIFO"));
 }
 
 TEST_CASE("a full disk ends a recording with one error, and what was stored is whole")

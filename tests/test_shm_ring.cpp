@@ -14,6 +14,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <new>
@@ -462,11 +463,19 @@ TEST_CASE("a name in use is refused with its owner; a ring left by a dead one is
     CHECK(eyepoint_frames_published(&fresh.ring) == 0);
     CHECK(eyepoint_frames_writer_lives(&fresh.ring) == 1);
     CHECK(eyepoint_frames_published(&old.ring) == 1); // the old reader keeps what it had
-    // Anything else of that name is taken over as well: nobody holds it.
+    // One that its writer did not finish is taken over as well: nobody holds it.
     REQUIRE(second->close());
-    const RawRing junk(name, std::vector<std::byte>(100));
+    const RawRing unfinished(name, std::vector<std::byte>(100));
     const auto third = ringFor(name, smallFormat());
     CHECK(Reader(name).status == EYEPOINT_OK);
+}
+
+TEST_CASE("shared memory of another program is left alone")
+{
+    const std::string name = freshName();
+    const RawRing other(name, std::vector<std::byte>(100, std::byte{7}));
+    CHECK_THAT(ringError(name, smallFormat()), Contains("another program"));
+    CHECK(std::filesystem::file_size("/dev/shm/" + name) == 100);
 }
 
 TEST_CASE("a ring that does not fit into /dev/shm is refused and leaves nothing behind")

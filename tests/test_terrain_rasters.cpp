@@ -413,11 +413,14 @@ TEST_CASE("what holds no heights is refused in one line, and nothing is left beh
     std::vector<uint8_t> bytes = test::bytesOf(dir.file("whole.tif"));
     bytes.resize(bytes.size() / 2);
     test::writeBytes(dir.file("cut.tif"), bytes);
+    made.type = GDT_Float32;
+    makeRaster(dir.file("undeclared.tif"), made, [](int c, int) { return c == 7 ? -3.4e38 : c; });
     test::writeBytes(dir.file("text.tif"), {'n', 'o', ' ', 'd', 'e', 'm'});
     test::writeBytes(dir.file("empty.zip"),
                      {'P', 'K', 5, 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
     const auto before = std::distance(std::filesystem::directory_iterator(dir.path()), {});
-    for (const char* name : {"void.tif", "rgb.tif", "cut.tif", "text.tif", "empty.zip", "missing.tif"}) {
+    for (const char* name :
+         {"void.tif", "rgb.tif", "cut.tif", "text.tif", "undeclared.tif", "empty.zip", "missing.tif"}) {
         const Result<void> done = build(of({dir.file(name)}), dir.file("out.ept"));
         REQUIRE_FALSE(done);
         INFO(done.error().message);
@@ -581,7 +584,22 @@ TEST_CASE("wrong command lines end with code 2 and a word about it")
         CHECK_FALSE(outcome.err.empty());
     }
     CHECK(run(dir, {"build", dir.file("missing.tif"), "-o", dir.file("x.ept")}).code == 4);
+    CHECK(run(dir, {"build", dir.file("missing.tif"), "-o", dir.file("no/folder/x.ept")}).code == 2);
     CHECK(std::distance(std::filesystem::directory_iterator(dir.path()), {}) == 2); // stdout, stderr
+}
+
+TEST_CASE("a raster is not written over, however the output is spelt")
+{
+    const test::TempDir dir;
+    makeRaster(dir.file("a.tif"), {}, [](int c, int r) { return c + r; });
+    const std::vector<uint8_t> before = test::bytesOf(dir.file("a.tif"));
+    std::filesystem::create_symlink("a.tif", dir.file("link.tif"));
+    for (const char* output : {"a.tif", "./a.tif", "link.tif"}) {
+        const Run outcome = run(dir, {"build", dir.file("a.tif"), "-o", dir.file(output), "--quiet"});
+        CHECK(outcome.code == 2);
+        CHECK_THAT(outcome.err, Catch::Contains("both input and output"));
+    }
+    CHECK(test::bytesOf(dir.file("a.tif")) == before);
 }
 
 TEST_CASE("an interrupted run leaves no file behind")

@@ -5,21 +5,27 @@
 # that shows them.
 #   tools/demo.sh                  synthetic terrain
 #   tools/demo.sh DEM [DEM...]     any rasters that GDAL reads
-# Environment: OUT (demo), RATE (30 Hz), SECONDS_TO_FLY (10), SIZE (synthetic posts a side, 4097),
-# PORT (8000), TERRAIN_OPTIONS (more options for eyepoint-terrain build, e.g. "--voids hole").
+# Environment: OUT (demo/ of the project), RATE (30 Hz), SECONDS_TO_FLY (10), SIZE (synthetic posts a side, 4097),
+# PORT (any free one), TERRAIN_OPTIONS (more options for eyepoint-terrain build, e.g. "--voids hole").
 set -euo pipefail
+caller=$PWD
 cd "$(dirname "$0")/.."
 root=$PWD
-out=${OUT:-demo}
+from_caller() { case $1 in /*) echo "$1" ;; *) echo "$caller/$1" ;; esac; }
+out=$(from_caller "${OUT:-$root/demo}")
 rate=${RATE:-30}
 seconds=${SECONDS_TO_FLY:-10}
 size=${SIZE:-4097}
-port=${PORT:-8000}
+port=${PORT:-0}
 sources=()
 for source in "$@"; do
-  [ -e "$source" ] || source=$OLDPWD/$source
+  source=$(from_caller "$source")
+  [ -f "$source" ] || { echo "$source: no such file; expected a raster that GDAL reads" >&2; exit 2; }
   sources+=("$source")
 done
+mkdir -p "$out"
+exec 9>"$out/.lock"
+flock -n 9 || { echo "another demo is writing to $out: wait for it, or give another OUT" >&2; exit 1; }
 
 tools/install_packages.sh
 echo "building" >&2
@@ -27,8 +33,9 @@ cmake --preset release -DEYEPOINT_TESTS=OFF -DCMAKE_COMPILE_WARNING_AS_ERROR=${W
 cmake --build --preset release --parallel "${JOBS:-$(nproc)}" >&2
 bin=$root/build/release/bin
 
-mkdir -p "$out"
-rm -rf "$out"/frames "$out"/*.json "$out"/flight.* "$out"/index.html "$out"/still-*.png
+# What an earlier demo has left, and nothing else.
+rm -f "$out"/{terrain,ig,host}.json "$out"/flight.{y4m,mp4} "$out"/{index.html,ig.log}
+if [ -d "$out/frames" ]; then find "$out/frames" -maxdepth 1 -name 'frame_*.png' -delete; fi
 if [ ${#sources[@]} -eq 0 ]; then
   [ -f "$out/synthetic-$size.tif" ] || "$bin/eyepoint-terrain" synth -o "$out/synthetic-$size.tif" --size "$size"
   sources=("$out/synthetic-$size.tif")
@@ -46,14 +53,20 @@ orbit=$(awk -v n="$(field north_deg)" -v s="$(field south_deg)" -v w="$(field we
   printf "%.6f,%.6f,%.1f,%.1f", (n + s) / 2, (w + e) / 2, top + 0.02 * radius + 100, radius }')
 
 echo "flying $seconds s at $rate Hz round $orbit" >&2
-"$bin/eyepoint-ig" --terrain "$out/terrain.ept" --listen 127.0.0.1:$port --set "view.rate_hz=$rate" \
-  --sink "png:$out/frames" --sink "y4m:$out/flight.y4m" --stats "$out/ig.json" &
+"$bin/eyepoint-ig" --terrain "$out/terrain.ept" --listen "127.0.0.1:$port" --set "view.rate_hz=$rate" \
+  --sink "png:$out/frames" --sink "y4m:$out/flight.y4m" --stats "$out/ig.json" 2>"$out/ig.log" 9>&- &
 ig=$!
 trap 'kill "$ig" 2>/dev/null || true' EXIT
-"$bin/eyepoint-host" --target 127.0.0.1:$port --orbit "$orbit" --rate "$rate" --duration "$seconds" --view-pitch -8 \
+# Only a host that knows it talks to this one: another may have the port.
+listening() { sed -n 's/.*listening on 127\.0\.0\.1:\([0-9]*\).*/\1/p' "$out/ig.log"; }
+until port=$(listening) && [ -n "$port" ]; do
+  kill -0 "$ig" 2>/dev/null || { cat "$out/ig.log" >&2; code=0; wait "$ig" || code=$?; exit "$code"; }
+  sleep 0.1
+done
+"$bin/eyepoint-host" --target "127.0.0.1:$port" --orbit "$orbit" --rate "$rate" --duration "$seconds" --view-pitch -8 \
   --json >"$out/host.json" || { echo "the host reports a failure:" >&2; cat "$out/host.json" >&2; exit 1; }
 kill -TERM "$ig"
-wait "$ig"
+wait "$ig" || { code=$?; cat "$out/ig.log" >&2; exit "$code"; }
 trap - EXIT
 
 video=flight.y4m

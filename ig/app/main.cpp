@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 // eyepoint-ig: draws what a host asks for, at a fixed rate, until it is told to stop.
+#include "ig/app/command_line.h"
 #include "ig/app/explain.h"
 #include "ig/app/flush_denormals.h"
 #include "ig/app/frame_schedule.h"
 #include "ig/app/image_generator.h"
 #include "ig/app/log.h"
 #include "ig/app/metrics_server.h"
+#include "ig/app/output_files.h"
 #include "ig/app/service_notifier.h"
 #include "ig/app/settings_arguments.h"
 #include "ig/app/signals.h"
@@ -15,8 +17,6 @@
 #if defined(EYEPOINT_SELFTEST)
 #include "ig/selftest/selftest.h"
 #endif
-
-#include <CLI/CLI.hpp>
 
 #include <cstdio>
 #include <new>
@@ -268,32 +268,47 @@ int selfTest(const Arguments& arguments, const config::Settings& settings)
 
 int main(int argc, char** argv)
 {
-    CLI::App app{"Eyepoint image generator: draws terrain as a host simulator asks, over UDP."};
+    CLI::App app{"Eyepoint image generator: draws terrain as a host simulator asks, over UDP.",
+                 "eyepoint-ig"};
     Arguments arguments;
     ig::app::addSettingsOptions(app, arguments);
-    app.add_option("--listen", arguments.listen, "ADDRESS:PORT to receive host packets on (host.listen)");
+    app.add_option("--listen", arguments.listen, "ADDRESS:PORT to receive host packets on (host.listen)")
+        ->check(ig::app::named());
     app.add_option("--record", arguments.record,
-                   "write every datagram that arrives to this pcap file (host.record)");
+                   "write every datagram that arrives to this pcap file (host.record)")
+        ->check(ig::app::named());
     app.add_option("--frames", arguments.frames,
                    "stop after this many frames, of the view with the highest rate")
-        ->check(CLI::PositiveNumber);
+        ->check(ig::app::frameCount());
     app.add_flag("--skip-identical", arguments.skipIdentical,
                  "do not draw a frame again that shows what the one before showed (output.skip_identical)");
-    app.add_flag("--check-config", arguments.checkConfig, "check the settings and end");
-    app.add_flag("--explain", arguments.explain,
-                 "say what this run uses and what it leaves out, measured on the first view, and end");
+    // Each ends the program in a way of its own.
+    auto* checks = app.add_flag("--check-config", arguments.checkConfig, "check the settings and end");
+    auto* explains =
+        app.add_flag("--explain", arguments.explain,
+                     "say what this run uses and what it leaves out, measured on the first view, and end")
+            ->excludes(checks);
 #if defined(EYEPOINT_SELFTEST)
     app.add_flag("--selftest", arguments.selfTest,
                  "measure the extreme cases on this machine, print them against their limits, and end: 0 "
-                 "when all hold");
+                 "when all hold")
+        ->excludes(checks)
+        ->excludes(explains);
 #endif
     app.add_option("--json", arguments.json,
-                   "of --explain or --selftest, as JSON to this file, - for standard output");
+                   "of --explain or --selftest, as JSON to this file, - for standard output")
+        ->check(ig::app::named());
     app.set_version_flag("--version", "eyepoint-ig " EYEPOINT_VERSION);
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : ig::exitCode(ig::ErrorKind::usage);
+    app.footer(
+        "SIGINT and SIGTERM end it, SIGHUP reads the configuration again, SIGUSR1 stores statistics.\n"
+        "Exit codes: 0 fine, 1 the run failed, 2 usage or configuration, 3 no usable EGL / OpenGL ES,\n"
+        "4 dataset unreadable or damaged, 5 address in use.");
+    if (const auto ended = ig::app::parseCommandLine(app, argc, argv)) {
+        return *ended;
+    }
+    if (!arguments.json.empty() && !arguments.explain && !arguments.selfTest) {
+        return fail(
+            {ig::ErrorKind::usage, "--json is of --explain or --selftest; for a run give --stats FILE"});
     }
     arguments.withTerrain = !arguments.selfTest;
     const auto settings = ig::app::settingsOf(arguments);

@@ -7,11 +7,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 
 namespace ig::app {
 
@@ -229,30 +225,6 @@ std::string RunStatistics::json(const RunSummary& run) const
                     {"sinks", sinks},
                     {"views", views}};
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-Result<void> writeFile(const std::string& path, const std::string& text)
-{
-    const std::string partial = path + ".partial";
-    {
-        std::ofstream file(partial, std::ios::binary);
-        file << text;
-        file.close();
-        if (!file) {
-            const std::string reason = std::strerror(errno);
-            std::error_code ignored;
-            std::filesystem::remove(partial, ignored);
-            return fail(ErrorKind::failed, "cannot write " + path + ": " + reason);
-        }
-    }
-    std::error_code error;
-    std::filesystem::rename(partial, path, error);
-    if (error) {
-        std::error_code ignored;
-        std::filesystem::remove(partial, ignored);
-        return fail(ErrorKind::failed, "cannot write " + path + ": " + error.message());
-    }
-    return {};
 }
 
 } // namespace ig::app

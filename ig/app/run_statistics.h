@@ -98,7 +98,4 @@ private:
     lod::BudgetReversals _reversals;
 };
 
-// Writes text to a file under a temporary name and renames it. Errors (failed) name the file.
-Result<void> writeFile(const std::string& path, const std::string& text);
-
 } // namespace ig::app

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "ig/app/settings_arguments.h"
 
-#include <CLI/CLI.hpp>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
+#include "ig/app/command_line.h"
+#include "ig/app/output_files.h"
 
 namespace ig::app {
 
@@ -23,29 +19,22 @@ void setUnlessEmpty(std::string& setting, const std::string& argument)
 
 void addSettingsOptions(CLI::App& app, SettingsArguments& arguments)
 {
-    app.add_option("--config", arguments.config, "settings, TOML; config/eyepoint.toml lists every key");
-    app.add_option("--terrain", arguments.terrain, "terrain dataset, .ept (terrain.file)");
+    app.add_option("--config", arguments.config, "settings, TOML; config/eyepoint.toml lists every key")
+        ->check(named());
+    app.add_option("--terrain", arguments.terrain, "terrain dataset, .ept (terrain.file)")->check(named());
     // One value each, so that file names may follow.
     app.add_option("--sink", arguments.sinks,
                    "png:DIR, y4m:FILE, raw:FILE, gst:PIPELINE, shm:NAME or null, FILE - is standard output; "
                    "may be repeated (output.sinks); with several views each has its own in the configuration")
         ->allow_extra_args(false);
     app.add_option("--receipts", arguments.receipts,
-                   "write a JSON line per frame to this file (output.receipts)");
+                   "write a JSON line per frame to this file (output.receipts)")
+        ->check(named());
     app.add_option("--stats", arguments.stats,
-                   "write statistics as JSON to this file at the end (output.stats)");
+                   "write statistics as JSON to this file at the end (output.stats)")
+        ->check(named());
     app.add_option("--set", arguments.assignments, "section.key=value, over the file; may be repeated")
         ->allow_extra_args(false);
-}
-
-Result<void> checkDirectoryOf(const std::string& path, const std::string& option)
-{
-    const auto directory = std::filesystem::absolute(path).parent_path();
-    if (access(directory.c_str(), W_OK | X_OK) != 0) {
-        return fail(ErrorKind::usage, "cannot write " + path + " (" + option + "): " + directory.string() +
-                                          ": " + std::strerror(errno));
-    }
-    return {};
 }
 
 Result<config::Settings> settingsOf(const SettingsArguments& arguments)
@@ -75,10 +64,14 @@ Result<config::Settings> settingsOf(const SettingsArguments& arguments)
     if (auto checked = config::check(settings); !checked && arguments.withTerrain) {
         return Unexpected{checked.error()};
     }
-    if (!settings.output.stats.empty()) {
-        if (auto writable = checkDirectoryOf(settings.output.stats, "--stats, output.stats"); !writable) {
-            return Unexpected{writable.error()};
-        }
+    const std::vector<NamedFile> written = filesWritten(settings);
+    const NamedFile read[] = {{arguments.config, "--config"}, {settings.terrain.file, "terrain.file"}};
+    if (auto apart = checkApart(read, written); !apart) {
+        return Unexpected{apart.error()};
+    }
+    if (auto writable = checkWritable(written.front());
+        !writable) { // the others are opened before the flight
+        return Unexpected{writable.error()};
     }
     return settings;
 }

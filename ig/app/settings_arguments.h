@@ -25,11 +25,8 @@ struct SettingsArguments {
 // --config, --terrain, --sink, --receipts, --stats and --set. arguments must outlive app's parsing.
 void addSettingsOptions(CLI::App& app, SettingsArguments& arguments);
 
-// Checked settings. Errors (usage): as config::load, assign and check; statistics that cannot be written.
+// Checked settings. Errors (usage): as config::load, assign and check; statistics that cannot be written, a
+// file that is to be written but is read, or written twice.
 Result<config::Settings> settingsOf(const SettingsArguments& arguments);
-
-// Whether a file can be made there; said before the flight, not after it. option: that named the path. Error
-// (usage): what the system said.
-Result<void> checkDirectoryOf(const std::string& path, const std::string& option);
 
 } // namespace ig::app

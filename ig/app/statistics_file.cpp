@@ -2,7 +2,7 @@
 #include "ig/app/statistics_file.h"
 
 #include "ig/app/log.h"
-#include "ig/app/run_statistics.h"
+#include "ig/app/output_files.h"
 #include "ig/base/thread_signals.h"
 
 #include <utility>

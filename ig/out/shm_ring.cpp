@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <climits>
 #include <cstring>
@@ -67,6 +68,15 @@ std::string ownerOf(int descriptor)
     return known ? fmt::format(" (process {})", header.writer_pid) : "";
 }
 
+// A ring, or one that was still being made: the magic is written last.
+bool isRing(int descriptor)
+{
+    std::array<char, sizeof eyepoint_frames_header::magic> magic{};
+    const ssize_t size = pread(descriptor, magic.data(), magic.size(), 0);
+    const bool unmade = std::all_of(magic.begin(), magic.end(), [](char byte) { return byte == 0; });
+    return size >= 0 && (unmade || std::memcmp(magic.data(), EYEPOINT_FRAMES_MAGIC, magic.size()) == 0);
+}
+
 Unexpected<Error> failed(const std::string& name, const std::string& why)
 {
     return fail(ErrorKind::usage, fmt::format("sink shm:{}: {}", name, why));
@@ -90,6 +100,8 @@ Result<Descriptor> claim(const std::string& name)
             continue;
         if (status.st_size == 0)
             return file;
+        if (!isRing(file.number()))
+            return failed(name, "another program's shared memory has this name; choose another name");
         // Left behind by one that died. Readers may still have it mapped: a new file, not this one cut short.
         // The lock on this one is held until the new one is locked, so that nobody comes in between.
         if (shm_unlink(path.c_str()) != 0)

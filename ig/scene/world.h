@@ -15,8 +15,9 @@
 // from the slope there; it moves along the slope. Its footing is taken once per frame by standOnGround(), at
 // the place where the entity is at that frame's time, and every pose until the next call uses it:
 //   finest terrain      as it is, at once
-//   being read          the terrain at hand, shifted so that nothing jumps; after Footing::kWaitS the shift
-//   ends anyway outside, in a hole  the footing stays; an entity that never had one stands on height 0
+//   being read          the terrain at hand, shifted so that nothing jumps; the shift ends after
+//                       Footing::kWaitS anyway
+//   outside, in a hole  the footing stays; an entity that never had one stands on height 0
 // What a change between these would make jump is kept and let go over Footing::kSettleS. A statement that
 // puts the entity more than Footing::kLeapM from where it was takes the new footing at once.
 #pragma once

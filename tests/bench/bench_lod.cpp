@@ -8,11 +8,11 @@
 //   ratios    live ranges against evaluating everything, frame by frame, with the same lists; hybrid's tau
 //             and geomip's against bintree's
 //   aims      what of it is to be reached, and whether it is
+#include "ig/app/command_line.h"
 #include "ig/app/terrain_residency.h"
 #include "ig/gl/null_renderer.h"
 #include "tools/report/flight.h"
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -311,16 +311,19 @@ Result<Json> run(const Options& options)
 int main(int argc, char** argv)
 {
     Options options;
-    CLI::App app{"Benchmarks of the level of detail alone; prints one JSON object."};
+    CLI::App app{"Benchmarks of the level of detail alone; prints one JSON object.", "eyepoint-bench-lod"};
     app.add_option("--terrain", options.terrain, "dataset to fly over")->required();
-    app.add_option("--budget", options.budget, "triangles per frame")->check(CLI::Range(512, 1'000'000));
-    app.add_option("--width", options.width, "pixels")->check(CLI::Range(1, 16'384));
-    app.add_option("--height", options.height, "pixels")->check(CLI::Range(1, 16'384));
+    app.add_option("--budget", options.budget, "triangles per frame")->check(ig::app::within(512, 1'000'000));
+    app.add_option("--width", options.width, "pixels")->check(ig::app::within(1, 16'384));
+    app.add_option("--height", options.height, "pixels")->check(ig::app::within(1, 16'384));
     app.add_option("--seconds", options.seconds, "of flight at 60 frames a second")
-        ->check(CLI::Range(0.0, 1e5));
-    app.add_option("--speed", options.speedMs, "m/s")->check(CLI::Range(0.0, 1e5));
-    app.add_option("--height-above-ground", options.heightM, "m")->check(CLI::Range(0.0, 1e6));
-    CLI11_PARSE(app, argc, argv);
+        ->check(ig::app::within(0.0, 1e5));
+    app.add_option("--speed", options.speedMs, "m/s")->check(ig::app::within(0.0, 1e5));
+    app.add_option("--height-above-ground", options.heightM, "m")->check(ig::app::within(0.0, 1e6));
+    app.set_version_flag("--version", "eyepoint-bench-lod " EYEPOINT_VERSION);
+    if (const auto ended = ig::app::parseCommandLine(app, argc, argv)) {
+        return *ended;
+    }
     const auto report = run(options);
     if (!report) {
         std::fprintf(stderr, "eyepoint-bench-lod: %s\n", report.error().message.c_str());

@@ -6,6 +6,7 @@
 //   demand     the same without prefetch
 //   resident   every page of the flight loaded before it, nothing paged: the yardstick of missed frames
 // complete_share is the share of frames, after the first second, that had every page that they wanted.
+#include "ig/app/command_line.h"
 #include "ig/app/frame_schedule.h"
 #include "ig/app/signals.h"
 #include "ig/app/steady_clock.h"
@@ -15,7 +16,6 @@
 #include "ig/gl/context.h"
 #include "ig/gl/null_renderer.h"
 
-#include <CLI/CLI.hpp>
 #include <fcntl.h>
 #include <nlohmann/json.hpp>
 #include <sys/wait.h>
@@ -281,19 +281,26 @@ Json flyApart(Mode mode, double speedMs, const Options& options)
 int main(int argc, char** argv)
 {
     CLI::App app{
-        "Flies terrain that is larger than memory from a cold disk cache and counts complete frames."};
+        "Flies terrain that is larger than memory from a cold disk cache and counts complete frames.",
+        "eyepoint-bench-paging"};
     Options options;
     bool noPicture = false;
     app.add_option("--terrain", options.terrain, "terrain dataset, .ept")->required();
-    app.add_option("--speed", options.speedsMs, "m/s; may be repeated");
-    app.add_option("--seconds", options.seconds, "of each flight")->check(CLI::Range(2.0, 3600.0));
-    app.add_option("--rate", options.rateHz, "frames per second")->check(CLI::Range(1.0, 1000.0));
-    app.add_option("--altitude", options.heightM, "m above the datum; 0: 150 m above all ground");
-    app.add_option("--cache-mib", options.cacheMib, "limit of resident pages");
-    app.add_option("--resident-mib", options.residentMib, "the same where all of the flight is resident");
-    app.add_option("--triangles", options.budget, "budget");
+    app.add_option("--speed", options.speedsMs, "m/s; may be repeated")->check(ig::app::within(0, 1e5));
+    app.add_option("--seconds", options.seconds, "of each flight")->check(ig::app::within(2.0, 3600.0));
+    app.add_option("--rate", options.rateHz, "frames per second")->check(ig::app::within(1.0, 1000.0));
+    app.add_option("--altitude", options.heightM, "m above the datum; 0: 150 m above all ground")
+        ->check(ig::app::within(-12000, 1e9));
+    app.add_option("--cache-mib", options.cacheMib, "limit of resident pages")
+        ->check(ig::app::within(4, 65536));
+    app.add_option("--resident-mib", options.residentMib, "the same where all of the flight is resident")
+        ->check(ig::app::within(4, 65536));
+    app.add_option("--triangles", options.budget, "budget")->check(ig::app::within(512, 1e6));
     app.add_flag("--no-picture", noPicture, "everything but the drawing");
-    CLI11_PARSE(app, argc, argv);
+    app.set_version_flag("--version", "eyepoint-bench-paging " EYEPOINT_VERSION);
+    if (const auto ended = ig::app::parseCommandLine(app, argc, argv)) {
+        return *ended;
+    }
     options.draws = !noPicture;
     Json out{{"terrain", options.terrain}, {"rate_hz", options.rateHz}, {"cache_mib", options.cacheMib}};
     bool failed = false;

@@ -13,6 +13,7 @@
 //             Held: a pass before them, at the flight's rate, decides the budgets, so that the five draw the
 //             same triangles; what disturbed that pass is in its budgets
 //   machine   p99 / mean of fixed arithmetic in place of frames: what the machine itself adds to pace
+#include "ig/app/command_line.h"
 #include "ig/app/frame_schedule.h"
 #include "ig/app/frame_time_control.h"
 #include "ig/app/steady_clock.h"
@@ -22,7 +23,6 @@
 #include "static_mesh.h"
 #include "tools/report/flight.h"
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -604,29 +604,32 @@ Result<Json> run(const Options& options)
 int main(int argc, char** argv)
 {
     Options options;
-    CLI::App app{"Benchmarks of whole frames; prints one JSON object."};
+    CLI::App app{"Benchmarks of whole frames; prints one JSON object.", "eyepoint-bench"};
     app.add_option("--terrain", options.terrain, "dataset to fly over")->required();
     app.add_option("--method", options.method, "of the level of detail")
         ->check(CLI::IsMember({"hybrid", "bintree", "geomip"}));
     app.add_option("--small", options.small, "smaller dataset to compare with");
-    app.add_option("--budget", options.budget, "triangles per frame")->check(CLI::Range(512, 1'000'000));
-    app.add_option("--width", options.width, "pixels")->check(CLI::Range(1, 16'384));
-    app.add_option("--height", options.height, "pixels")->check(CLI::Range(1, 16'384));
-    app.add_option("--frames", options.frames, "of the comparisons")->check(CLI::Range(11, 1'000'000));
+    app.add_option("--budget", options.budget, "triangles per frame")->check(ig::app::within(512, 1'000'000));
+    app.add_option("--width", options.width, "pixels")->check(ig::app::within(1, 16'384));
+    app.add_option("--height", options.height, "pixels")->check(ig::app::within(1, 16'384));
+    app.add_option("--frames", options.frames, "of the comparisons")->check(ig::app::within(11, 1'000'000));
     app.add_option("--seconds", options.seconds, "of the paced flight, 0 for none")
-        ->check(CLI::Range(0.0, 1e5));
+        ->check(ig::app::within(0.0, 1e5));
     app.add_option("--rate", options.rateHz, "frames per second of the paced flight")
-        ->check(CLI::Range(0.1, 1e4));
+        ->check(ig::app::within(0.1, 1e4));
     app.add_option("--frame-time", options.frameTimeMs, "ms that the moving budget holds")
-        ->check(CLI::Range(0.1, 1e4));
+        ->check(ig::app::within(0.1, 1e4));
     app.add_option("--smallest-budget", options.smallestBudget,
                    "triangles per frame that the moving budget keeps")
-        ->check(CLI::Range(512, 1'000'000));
+        ->check(ig::app::within(512, 1'000'000));
     app.add_flag("--hold-cpu-time", options.holdCpuTime,
                  "--frame-time is CPU time of all threads: for machines that do other things too");
-    app.add_option("--speed", options.speedMs, "m/s")->check(CLI::Range(0.0, 1e5));
-    app.add_option("--height-above-ground", options.heightM, "m")->check(CLI::Range(0.0, 1e6));
-    CLI11_PARSE(app, argc, argv);
+    app.add_option("--speed", options.speedMs, "m/s")->check(ig::app::within(0.0, 1e5));
+    app.add_option("--height-above-ground", options.heightM, "m")->check(ig::app::within(0.0, 1e6));
+    app.set_version_flag("--version", "eyepoint-bench " EYEPOINT_VERSION);
+    if (const auto ended = ig::app::parseCommandLine(app, argc, argv)) {
+        return *ended;
+    }
     const auto report = run(options);
     if (!report) {
         std::fprintf(stderr, "eyepoint-bench: %s\n", report.error().message.c_str());

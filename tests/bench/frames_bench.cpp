@@ -2,6 +2,7 @@
 // What it costs to hand frames out: a frame of 1280 x 720 into the ring and out of it again, torn reads under
 // pressure, and whole frames with ring, receipts, metrics and log against whole frames into nothing: back to
 // back, and in a soak at 60 Hz that hosts fly. Prints JSON.
+#include "ig/app/command_line.h"
 #include "ig/app/frame_schedule.h"
 #include "ig/app/image_generator.h"
 #include "ig/app/log.h"
@@ -12,7 +13,6 @@
 #include "temp_dir.h"
 #include "tools/terrain/compile.h"
 
-#include <CLI/CLI.hpp>
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <nlohmann/json.hpp>
@@ -531,19 +531,22 @@ Json soak(const Options& options, Flight& with, Flight& without, const std::atom
 int main(int argc, char** argv)
 {
     Options options;
-    CLI::App app{"Benchmarks the handing out of frames."};
+    CLI::App app{"Benchmarks the handing out of frames.", "eyepoint-frames-bench"};
     app.add_option("--terrain", options.terrain, "dataset, .ept; by default a synthetic one");
-    app.add_option("--frames", options.frames, "frames of each cost")->check(CLI::Range(1, 1'000'000));
+    app.add_option("--frames", options.frames, "frames of each cost")->check(ig::app::within(1, 1'000'000));
     app.add_option("--reads", options.reads, "reads of the search for torn ones");
     app.add_option(
            "--seconds", options.seconds,
            "length of the soak at 60 Hz with ring, receipts, metrics and log, which watches memory and "
            "descriptors; takes twice as long, in turn with flying into nothing")
-        ->check(CLI::Range(0.1, 1e6));
+        ->check(ig::app::within(0.1, 1e6));
     app.add_flag("--soak", options.soakOnly, "the soak alone");
-    app.add_option("--width", options.widthPx)->check(CLI::Range(1, 16384));
-    app.add_option("--height", options.heightPx)->check(CLI::Range(1, 16384));
-    CLI11_PARSE(app, argc, argv);
+    app.add_option("--width", options.widthPx)->check(ig::app::within(1, 16384));
+    app.add_option("--height", options.heightPx)->check(ig::app::within(1, 16384));
+    app.set_version_flag("--version", "eyepoint-frames-bench " EYEPOINT_VERSION);
+    if (const auto ended = ig::app::parseCommandLine(app, argc, argv)) {
+        return *ended;
+    }
 
     Json report;
     report["size"] = {options.widthPx, options.heightPx};

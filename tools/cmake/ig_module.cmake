@@ -38,12 +38,18 @@ function(ig_module name)
   target_link_libraries(${name} PUBLIC ${M_PUBLIC} PRIVATE $<BUILD_INTERFACE:ig_flags> ${M_PRIVATE})
 endfunction()
 
-# ig_program(name SOURCES a.cpp ... LIBS libs): an executable under our flags, installed.
-function(ig_program name)
+# ig_executable(name SOURCES a.cpp ... LIBS libs): an executable under our flags, which knows its version.
+function(ig_executable name)
   cmake_parse_arguments(P "" "" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${P_SOURCES})
   target_compile_features(${name} PRIVATE cxx_std_20)
   set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF)
+  target_compile_definitions(${name} PRIVATE EYEPOINT_VERSION="${PROJECT_VERSION}")
   target_link_libraries(${name} PRIVATE $<BUILD_INTERFACE:ig_flags> ${P_LIBS})
+endfunction()
+
+# The same, installed.
+function(ig_program name)
+  ig_executable(${name} ${ARGN})
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endfunction()

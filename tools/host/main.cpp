@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 // eyepoint-host: a small host that flies a path or an orbit and checks what comes back.
 #include "hostif/protocol.h"
+#include "ig/app/command_line.h"
 #include "tools/host/delay.h"
 #include "tools/host/hostile.h"
 #include "tools/host/run.h"
-
-#include <CLI/CLI.hpp>
 
 #include <cmath>
 #include <csignal>
@@ -53,17 +52,7 @@ struct Arguments {
 
 constexpr double kDefaultDurationS = 10;
 
-// CLI::Range lets NaN through.
-CLI::Validator within(double least, double most)
-{
-    const std::string limits = CLI::detail::to_string(least) + " to " + CLI::detail::to_string(most);
-    const auto check = [=](const std::string& text) {
-        double value = 0;
-        const bool good = CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
-        return good ? std::string() : '\'' + text + "' is not a number from " + limits;
-    };
-    return CLI::Validator(check, limits);
-}
+using ig::app::within;
 
 void declare(CLI::App& app, Arguments& a)
 {
@@ -217,14 +206,12 @@ int measureDelay(const Arguments& a, const host::RunOptions& options)
 
 int main(int argc, char** argv)
 {
-    CLI::App app{"Flies a path or an orbit as a host and checks what the image generator answers."};
+    CLI::App app{"Flies a path or an orbit as a host and checks what the image generator answers.",
+                 "eyepoint-host"};
     Arguments arguments;
     declare(app, arguments);
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : ig::exitCode(ig::ErrorKind::usage);
-    }
+    if (const auto ended = ig::app::parseCommandLine(app, argc, argv))
+        return *ended;
     auto options = runOptions(arguments);
     if (!options)
         return report(options.error());

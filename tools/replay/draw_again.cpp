@@ -4,7 +4,7 @@
 #include "ig/app/flush_denormals.h"
 #include "ig/app/image_generator.h"
 #include "ig/app/log.h"
-#include "ig/app/settings_arguments.h"
+#include "ig/app/output_files.h"
 #include "ig/app/signals.h"
 #include "ig/app/steady_clock.h"
 #include "ig/out/png_file.h"
@@ -199,18 +199,26 @@ private:
     size_t _next;
 };
 
-ig::Result<void> checkDirectories(const DrawOptions& options)
+ig::Result<void> checkOutputs(const DrawOptions& options)
 {
-    if (options.hashes.empty())
-        return {};
-    return ig::app::checkDirectoryOf(options.hashes, "--hashes");
+    std::vector<ig::app::NamedFile> read{{options.verify, "--verify"}};
+    for (const std::string& file : options.files)
+        read.push_back({file, "the recording"});
+    read.push_back({options.settings.terrain.file, "terrain.file"});
+    config::Settings settings = options.settings;
+    settings.host.record.clear(); // nothing is recorded of a replay
+    std::vector<ig::app::NamedFile> written = ig::app::filesWritten(settings);
+    written.push_back({options.hashes, "--hashes"});
+    if (auto apart = ig::app::checkApart(read, written); !apart)
+        return apart;
+    return ig::app::checkWritable(written.back());
 }
 
 } // namespace
 
 ig::Result<void> drawAgain(const DrawOptions& options)
 {
-    if (auto writable = checkDirectories(options); !writable)
+    if (auto writable = checkOutputs(options); !writable)
         return writable;
     auto recording = Recording::open(options.files, options.port);
     if (!recording)

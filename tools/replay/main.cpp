@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 // eyepoint-replay: what a host sent, from captures: drawn again frame by frame, or sent again.
+#include "ig/app/command_line.h"
 #include "ig/app/settings_arguments.h"
 #include "tools/replay/draw_again.h"
 #include "tools/replay/send_again.h"
-
-#include <CLI/CLI.hpp>
 
 #include <cstdio>
 #include <new>
@@ -34,12 +33,12 @@ void declare(CLI::App& app, Arguments& a)
     app.add_option("--port", a.port,
                    "take what was captured on its way to this port; by default where the first message of a "
                    "host went")
-        ->check(CLI::Range(1, 65535));
+        ->check(ig::app::within(1, 65535));
     auto* target = app.add_option("--target", a.target,
                                   "HOST:PORT of an image generator to send to, in the time of the recording "
                                   "(default 127.0.0.1:8000)");
     auto* speed = app.add_option("--speed", a.speed, "send so many times as fast as captured")
-                      ->check(CLI::Range(0.001, 1000.0));
+                      ->check(ig::app::within(0.001, 1000));
     ig::app::addSettingsOptions(app, a);
     auto* terrain = app.get_option("--terrain");
     terrain->excludes(target)->excludes(speed);
@@ -47,7 +46,7 @@ void declare(CLI::App& app, Arguments& a)
     for (const char* name : {"--sink", "--receipts", "--stats", "--set"})
         app.get_option(name)->needs(terrain);
     app.add_option("--frames", a.frames, "stop after this many frames")
-        ->check(CLI::PositiveNumber)
+        ->check(ig::app::frameCount())
         ->needs(terrain);
     app.add_option("--hashes", a.hashes, "write a hash of every frame to this file")->needs(terrain);
     auto* verify =
@@ -78,14 +77,12 @@ ig::Result<void> run(const Arguments& a)
 
 int main(int argc, char** argv)
 {
-    CLI::App app{"Replays what a host sent, from captures: draws it again, or sends it again."};
+    CLI::App app{"Replays what a host sent, from captures: draws it again, or sends it again.",
+                 "eyepoint-replay"};
     Arguments arguments;
     declare(app, arguments);
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : ig::exitCode(ig::ErrorKind::usage);
-    }
+    if (const auto ended = ig::app::parseCommandLine(app, argc, argv))
+        return *ended;
     try {
         const auto done = run(arguments);
         return done ? 0 : report(done.error());

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // eyepoint-report: error against run time for a terrain, a flight path and this machine.
+#include "ig/app/command_line.h"
 #include "tools/report/run_report.h"
-
-#include <CLI/CLI.hpp>
 
 #include <cstdio>
 #include <string>
@@ -48,7 +47,8 @@ int main(int argc, char** argv)
     std::vector<std::string> sizes{"1280x720"};
     bool noMotion = false;
     CLI::App app{"Measures error against run time for a terrain and a flight path, and writes report.json, "
-                 "report.csv, report.html and a table, report.md."};
+                 "report.csv, report.html and a table, report.md.",
+                 "eyepoint-report"};
     app.option_defaults()->always_capture_default();
     app.set_version_flag("--version", "eyepoint-report " EYEPOINT_VERSION);
     app.add_option("--terrain", options.scene.terrain, "Dataset, .ept")->required();
@@ -63,40 +63,43 @@ int main(int argc, char** argv)
         ->check(CLI::IsMember({"hybrid", "bintree", "soar", "geomip"}));
     app.add_option("--budgets", options.budgets, "Triangles per frame")
         ->delimiter(',')
-        ->check(CLI::Range(512, 1'000'000));
+        ->check(ig::app::within(512, 1'000'000));
     app.add_option("--sizes", sizes, "Pictures, WIDTHxHEIGHT")->delimiter(',');
     app.add_option("--morph", options.morph, "on, off or both; off changes geomip alone")
         ->delimiter(',')
         ->check(CLI::IsMember({"on", "off"}));
-    app.add_option("--frames", options.path.frames, "Of the path, at most")->check(CLI::Range(2, 1'000'000));
-    app.add_option("--rate", options.path.rateHz, "Frames per second of flight")->check(CLI::Range(0.1, 1e4));
+    app.add_option("--frames", options.path.frames, "Of the path, at most")
+        ->check(ig::app::within(2, 1'000'000));
+    app.add_option("--rate", options.path.rateHz, "Frames per second of flight")
+        ->check(ig::app::within(0.1, 1e4));
     app.add_option("--fov-horizontal", options.path.fovHorizontalDeg, "Degrees")
-        ->check(CLI::Range(0.001, 179.0));
-    app.add_option("--fov-vertical", options.path.fovVerticalDeg, "Degrees")->check(CLI::Range(0.001, 179.0));
+        ->check(ig::app::within(0.001, 179.0));
+    app.add_option("--fov-vertical", options.path.fovVerticalDeg, "Degrees")
+        ->check(ig::app::within(0.001, 179.0));
     app.add_option("--speed", options.path.plan.speedMs, "Of the figure of eight, m/s")
-        ->check(CLI::Range(0.0, 1e5));
+        ->check(ig::app::within(0.0, 1e5));
     app.add_option("--height-above-ground", options.path.plan.heightAboveGroundM, "Of the figure of eight, m")
-        ->check(CLI::Range(0.0, 1e6));
+        ->check(ig::app::within(0.0, 1e6));
     app.add_option("--visibility", options.scene.visibilityM, "Of the haze, m; 0: none")
-        ->check(CLI::Range(0.0, 1e7));
+        ->check(ig::app::within(0.0, 1e7));
     app.add_option("--tolerance", options.scene.tolerancePx, "What is finer is not drawn, px")
-        ->check(CLI::Range(0.0, 1000.0));
+        ->check(ig::app::within(0.0, 1000.0));
     app.add_option("--page-slots", options.scene.pageSlots, "Pages held on the GPU")
-        ->check(CLI::Range(16, 16'384));
+        ->check(ig::app::within(16, 16'384));
     app.add_option("--post-block", options.measure.blockPosts,
                    "One post of each block of N x N is measured in every frame")
         ->check(CLI::IsMember({1, 2, 4, 8, 16, 32, 64}));
     app.add_option("--all-posts-every", options.measure.allPostsEvery,
                    "Frames from one with every post measured to the next")
-        ->check(CLI::Range(1, 1'000'000));
+        ->check(ig::app::within(1, 1'000'000));
     app.add_option("--picture-every", options.measure.pictureEvery,
                    "Frames from one with its picture compared to the next")
-        ->check(CLI::Range(1, 1'000'000));
+        ->check(ig::app::within(1, 1'000'000));
     app.add_option("--bound-scale", options.measure.boundScale,
                    "A frame breaks the bound above bound times this; below 1 asks for room to spare")
-        ->check(CLI::Range(0.0, 1.0));
+        ->check(ig::app::within(0.0, 1.0));
     app.add_option("--frame-time", options.frameTimeMs, "Frame budget to show in the plots, ms")
-        ->check(CLI::Range(0.01, 1e4));
+        ->check(ig::app::within(0.01, 1e4));
     app.add_flag("--resume", options.resume, "Keep the settings that an interrupted run has finished");
     app.add_option("--compare", options.compareWith, "An older report.json of the same terrain and path")
         ->check(CLI::ExistingFile);
@@ -104,15 +107,13 @@ int main(int argc, char** argv)
     app.add_option("--scaling", options.scalingSizes,
                    "Measure scaling, with synthetic terrains of so many posts a side")
         ->delimiter(',')
-        ->check(CLI::Range(129, 16'385));
+        ->check(ig::app::within(129, 16'385));
     app.add_flag("--quiet", options.quiet, "No progress bar");
     app.footer(
         "Exit codes: 0 written, 1 written but a bound was broken, or the run failed, 2 usage, 3 no usable "
         "EGL / OpenGL ES, 4 dataset unreadable or damaged.");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : ig::exitCode(ig::ErrorKind::usage);
+    if (const auto ended = ig::app::parseCommandLine(app, argc, argv)) {
+        return *ended;
     }
     options.motion = !noMotion;
     options.command = commandOf(argc, argv);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // eyepoint-terrain: makes and inspects terrain datasets.
+#include "ig/app/command_line.h"
 #include "tools/terrain/commands.h"
-
-#include <CLI/CLI.hpp>
 
 #include <atomic>
 #include <csignal>
@@ -41,9 +40,11 @@ struct CommandLine {
 void addSynth(CLI::App& app, CommandLine& line)
 {
     CLI::App* synth = app.add_subcommand("synth", "Make a synthetic elevation raster (GeoTIFF, decimetres)");
-    synth->add_option("-o,--output", line.synth.output, "GeoTIFF to write")->required();
+    synth->add_option("-o,--output", line.synth.output, "GeoTIFF to write")
+        ->required()
+        ->check(ig::app::named());
     synth->add_option("--size", line.synth.size, "Posts per axis, about 50 m apart")
-        ->check(CLI::Range(2, 32769))
+        ->check(ig::app::within(2, 32769))
         ->capture_default_str();
     synth->add_option("--seed", line.synth.seed, "Another seed, another island")->capture_default_str();
     synth->add_flag("--quiet", line.synth.quiet, "No progress");
@@ -56,16 +57,19 @@ void addBuild(CLI::App& app, CommandLine& line)
     CLI::App* command = app.add_subcommand("build", "Compile elevation rasters to a dataset");
     command
         ->add_option("rasters", build.rasters.files, "Any rasters GDAL reads, mosaicked; also SRTM .hgt.zip")
-        ->required();
-    command->add_option("-o,--output", build.output, "Dataset (.ept) to write")->required();
+        ->required()
+        ->check(ig::app::named());
+    command->add_option("-o,--output", build.output, "Dataset (.ept) to write")
+        ->required()
+        ->check(ig::app::named());
     const std::map<std::string, VoidRule> rules{
         {"sea", VoidRule::sea}, {"interpolate", VoidRule::interpolate}, {"hole", VoidRule::hole}};
     command
-        ->add_option("--voids", build.voids,
-                     "What missing heights become where they touch the border or are large: sea level, "
-                     "smooth ground, or a "
-                     "hole. Small voids are always interpolated")
-        ->transform(CLI::CheckedTransformer(rules))
+        ->add_option_function<std::string>(
+            "--voids", [&build, rules](const std::string& rule) { build.voids = rules.at(rule); },
+            "What missing heights become where they touch the border or are large: sea level, smooth "
+            "ground, or a hole. Small voids are always interpolated")
+        ->check(CLI::IsMember({"sea", "interpolate", "hole"}))
         ->default_str("sea");
     command
         ->add_option("--extent", line.extent,
@@ -83,7 +87,7 @@ void addBuild(CLI::App& app, CommandLine& line)
 void addInspect(CLI::App& app, CommandLine& line, const char* name, const char* help)
 {
     CLI::App* command = app.add_subcommand(name, help);
-    command->add_option("dataset", line.inspect.file, "Dataset (.ept)")->required();
+    command->add_option("dataset", line.inspect.file, "Dataset (.ept)")->required()->check(ig::app::named());
     command->add_flag("--json", line.inspect.asJson, "One JSON object");
 }
 
@@ -115,16 +119,14 @@ int main(int argc, char** argv)
     CLI::App app("Makes terrain datasets (.ept) for eyepoint-ig from elevation rasters", "eyepoint-terrain");
     app.set_version_flag("--version", std::string("eyepoint-terrain ") + EYEPOINT_VERSION);
     app.require_subcommand(1);
+    app.footer("Exit codes: 0 fine, 1 the run failed, 2 usage, 4 raster or dataset unreadable or damaged.");
     CommandLine line;
     addSynth(app, line);
     addBuild(app, line);
     addInspect(app, line, "info", "Say what a dataset holds");
     addInspect(app, line, "verify", "Read and check every page; lists the bad ones, exit code 4 if any");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& problem) {
-        return app.exit(problem) == 0 ? 0 : ig::exitCode(ErrorKind::usage);
-    }
+    if (const auto ended = ig::app::parseCommandLine(app, argc, argv))
+        return *ended;
     try {
         const Result<int> outcome = run(app, line);
         if (outcome)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // synth and build: the commands that write files.
+#include "ig/base/same_file.h"
 #include "tools/terrain/commands.h"
 #include "tools/terrain/compile.h"
 #include "tools/terrain/parallel.h"
@@ -121,8 +122,10 @@ Result<int> runSynth(const SynthCommand& command, const std::atomic<bool>& cance
 Result<int> runBuild(const BuildCommand& command, const std::atomic<bool>& cancelled)
 {
     for (const std::string& input : command.rasters.files)
-        if (input == command.output)
+        if (sameFile(input, command.output))
             return fail(ErrorKind::usage, input + ": both input and output; give another output name");
+    if (Result<void> fit = checkTarget(command.output); !fit) // not after minutes of work
+        return Unexpected{fit.error()};
     Progress progress(command.quiet);
     const Monitor monitor = monitorOf(progress, cancelled);
     GdalSession gdal;

@@ -40,11 +40,21 @@ void removeAbandoned(const std::string& path)
 
 } // namespace
 
-Result<PartialFile> PartialFile::create(const std::string& path)
+Result<void> checkTarget(const std::string& path)
 {
     struct stat status {};
     if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
         return fail(ErrorKind::usage, path + ": cannot write: not a file; give another output name");
+    const std::string folder = folderOf(path);
+    if (::access(folder.c_str(), W_OK | X_OK) != 0)
+        return fail(ErrorKind::usage, path + ": cannot write: " + folder + ": " + std::strerror(errno));
+    return {};
+}
+
+Result<PartialFile> PartialFile::create(const std::string& path)
+{
+    if (Result<void> fit = checkTarget(path); !fit)
+        return Unexpected{fit.error()};
     removeAbandoned(path);
     std::string partial = path + kSuffix + std::to_string(::getpid());
     const int file = ::open(partial.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);

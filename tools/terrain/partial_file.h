@@ -13,7 +13,7 @@ namespace ig::terrain {
 
 class PartialFile {
 public:
-    // Errors: usage where the folder is missing or not writable.
+    // Errors (usage): as checkTarget.
     static Result<PartialFile> create(const std::string& path);
     PartialFile(PartialFile&& other) noexcept;
     PartialFile& operator=(PartialFile&&) = delete;
@@ -30,6 +30,10 @@ private:
     std::string _path, _partialPath;
     int _file;
 };
+
+// Whether a file could be made there, before long work for it. Errors (usage): the folder is missing or not
+// writable, or what is there is no file.
+Result<void> checkTarget(const std::string& path);
 
 // Folder of a path, "." if it names none.
 std::string folderOf(const std::string& path);

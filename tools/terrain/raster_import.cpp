@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <vector>
 
@@ -72,6 +73,21 @@ HeightCode chooseCode(const RasterSource& source, const RasterSource::Range& ran
     roundHeights(low * place.heightScaleM + place.heightOffsetM,
                  high * place.heightScaleM + place.heightOffsetM, place, code);
     return code;
+}
+
+// Heights that no globe has are mostly what stands for a missing one.
+Result<void> checkHeights(const RasterSource::Range& range, const GridPlace& place)
+{
+    constexpr double kHighestM = 1e6;
+    const double low = range.low * place.heightScaleM + place.heightOffsetM;
+    const double high = range.high * place.heightScaleM + place.heightOffsetM;
+    if (low >= -kHighestM && high <= kHighestM)
+        return {};
+    char heights[64];
+    std::snprintf(heights, sizeof heights, "%g to %g m", low, high);
+    return fail(ErrorKind::dataset, place.source + ": heights of " + heights +
+                                        ": is one of them a no-data value that the raster does not declare? "
+                                        "declare it (gdal_edit.py -a_nodata), or give --scale");
 }
 
 // What is added to the samples' grid.
@@ -196,6 +212,8 @@ Result<ImportedGrid> importRaster(RasterSource& source, VoidRule rule, const std
     if (range->isEmpty)
         return fail(ErrorKind::dataset,
                     place.source + ": every sample is void (no data): there is nothing to compile");
+    if (Result<void> sane = checkHeights(*range, place); !sane)
+        return Unexpected{sane.error()};
     const HeightCode code = chooseCode(source, *range, rule, place);
     const Frame frame = frameOf(source, place);
     Result<GridStore> grid = GridStore::create(frame.cols, frame.rows, folder);
