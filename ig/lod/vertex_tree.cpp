@@ -141,6 +141,9 @@ void VertexTree::lookAgain(double oldCutM)
 // How far the clock advances.
 double VertexTree::ticksTo(const Criteria& criteria, double turnRad) const noexcept
 {
+    if (criteria.shortestM != _criteria.shortestM) { // every distance is another one
+        return kForever;
+    }
     const double movedM = glm::length(criteria.eye - _criteria.eye);
     const double ticks =
         std::max({movedM / kMetresPerTick, std::abs(criteria.reach - _criteria.reach) / _kappaPerTick,
