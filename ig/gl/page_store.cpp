@@ -71,7 +71,7 @@ void halve(std::vector<uint32_t>& texels, size_t size)
 
 } // namespace
 
-Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph)
+Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph, bool textured)
 {
     static_assert(std::endian::native == std::endian::little, "texels are taken apart as words");
     // A base vertex is a signed 32-bit number.
@@ -87,7 +87,7 @@ Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph)
     store._slotsPerArray = std::min(pageSlots, static_cast<uint32_t>(maxLayers));
     store._morph = morph;
     store._packed.resize(kPageVertices);
-    store._mip.resize(data::kPageTexels * data::kPageTexels);
+    store._mip.resize(textured ? data::kPageTexels * data::kPageTexels : 0);
     takeGlErrors();
 
     const auto reserved = [pageSlots](size_t vertexBytes) {
@@ -104,7 +104,7 @@ Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph)
         for (size_t code = 1; code < store._perMetre.size(); ++code)
             store._perMetre[code] = 1.0 / lod::decodeM(static_cast<uint8_t>(code));
     }
-    for (uint32_t first = 0; first < pageSlots; first += store._slotsPerArray) {
+    for (uint32_t first = 0; textured && first < pageSlots; first += store._slotsPerArray) {
         store._arrays.push_back(makeTexture());
         glBindTexture(GL_TEXTURE_2D_ARRAY, store._arrays.back().name());
         glTexStorage3D(GL_TEXTURE_2D_ARRAY, kMips, GL_RGBA8, data::kPageTexels, data::kPageTexels,
@@ -126,7 +126,6 @@ void PageStore::upload(uint32_t slot, const data::PageMesh& mesh)
 {
     assert(slot < _pageSlots);
     assert(mesh.vertex.size() == kPageVertices);
-    assert(mesh.texel.size() == _mip.size());
     const auto replace = [slot](const Buffer& buffer, const auto& packed) {
         const auto bytes = static_cast<GLsizeiptr>(packed.size() * sizeof(packed[0]));
         glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
@@ -138,7 +137,8 @@ void PageStore::upload(uint32_t slot, const data::PageMesh& mesh)
         packMorphs(mesh);
         replace(_morphs, _packedMorph);
     }
-    uploadTexels(slot, mesh);
+    if (!_arrays.empty())
+        uploadTexels(slot, mesh);
 }
 
 void PageStore::packVertices(const data::PageMesh& mesh)
@@ -170,6 +170,7 @@ void PageStore::packMorphs(const data::PageMesh& mesh)
 
 void PageStore::uploadTexels(uint32_t slot, const data::PageMesh& mesh)
 {
+    assert(mesh.texel.size() == _mip.size());
     bindArray(slot / _slotsPerArray);
     const auto layer = static_cast<GLint>(slot % _slotsPerArray);
     std::copy(mesh.texel.begin(), mesh.texel.end(), _mip.begin());
@@ -212,6 +213,8 @@ void PageStore::pointAttributes(uint32_t firstVertex) const
 
 void PageStore::bindArray(uint32_t array) const
 {
+    if (_arrays.empty())
+        return;
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_2D_ARRAY, _arrays[array].name());
 }

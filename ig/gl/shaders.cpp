@@ -27,9 +27,11 @@ layout(location = ATTRIBUTE_POST) in vec2 a_post;
 uniform mat4 u_clipFromRelative;
 uniform vec3 u_eyeHigh;
 uniform vec3 u_eyeLow;
+#ifndef UNIFORM_COLOUR
 uniform int u_layer;
 out vec2 v_place;
 flat out float v_layer;
+#endif
 // Keeps a compiler from changing the order of the sums below, and from doing so in one variant only.
 invariant gl_Position;
 #ifdef HAZE
@@ -81,11 +83,13 @@ void main()
     relative += morphed(max(length(relative), u_shortestM));
 #endif
     gl_Position = u_clipFromRelative * vec4(relative, 1.0);
+#ifndef UNIFORM_COLOUR
     v_place = a_post * (1.0 / PAGE_INTERVALS);
 #ifdef SLOT_FROM_VERTEX
     v_layer = float(gl_VertexID / PAGE_VERTICES + u_layer);
 #else
     v_layer = float(u_layer);
+#endif
 #endif
 #ifdef HAZE
     v_distanceM = u_along.w * length(relative) + dot(u_along.xyz, relative);
@@ -95,10 +99,14 @@ void main()
 
 constexpr const char* kTerrainFragment = R"(
 precision highp float;
-precision mediump sampler2DArray;
+precision highp sampler2DArray; // as exact as u_colour: one picture with either
+#ifdef UNIFORM_COLOUR
+uniform vec3 u_colour;
+#else
 uniform sampler2DArray u_pages;
 in vec2 v_place;
 flat in float v_layer;
+#endif
 #ifdef HAZE
 uniform float u_hazePerM;
 in float v_distanceM;
@@ -109,12 +117,16 @@ uniform vec3 u_depth;
 layout(location = 0) out vec4 o_colour;
 void main()
 {
+#ifdef UNIFORM_COLOUR
+    vec3 colour = u_colour;
+#else
     vec4 texel = texture(u_pages, vec3(v_place, v_layer));
 #ifdef HOLES
     if (texel.a < 0.5)
         discard;
 #endif
     vec3 colour = texel.rgb;
+#endif
 #ifdef HAZE
     colour = mix(kHazeColour, colour, exp2(u_hazePerM * -v_distanceM));
 #endif
@@ -185,6 +197,7 @@ ShaderPair terrainShaders(const TerrainVariant& variant)
     };
     define(variant.haze, "HAZE");
     define(variant.holes, "HOLES");
+    define(variant.uniformColour, "UNIFORM_COLOUR");
     define(variant.fragmentDepth, "FRAGMENT_DEPTH");
     define(variant.slotFromVertex, "SLOT_FROM_VERTEX");
     define(variant.morph == Morph::lists, "MORPH_LISTS");
