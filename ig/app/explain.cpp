@@ -302,7 +302,7 @@ private:
         const bool used = _plan.terrain.texels;
         return addFlipped("textures of pages", used,
                           used ? "ground differs in height, slope or light"
-                               : "all ground is level, or nothing gives light: it has one colour",
+                               : "all ground is level, or nothing gives light: one texel for all",
                           [used](Plan& plan) {
                               constexpr uint32_t kGrey = 0xff808080;
                               plan.renderer.colour = used ? std::optional(kGrey) : std::nullopt;

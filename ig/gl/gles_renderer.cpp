@@ -100,7 +100,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Context& context, const
             return Unexpected{target.error()};
         targets.push_back(*std::move(target));
     }
-    Result<PageStore> store = PageStore::create(settings.pageSlots, settings.morph, !settings.colour);
+    Result<PageStore> store = PageStore::create(settings.pageSlots, settings.morph, settings.colour);
     if (!store)
         return Unexpected{store.error()};
     Result<TerrainPass> terrain = TerrainPass::create(context, *store, settings);

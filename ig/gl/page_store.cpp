@@ -71,7 +71,7 @@ void halve(std::vector<uint32_t>& texels, size_t size)
 
 } // namespace
 
-Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph, bool textured)
+Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph, std::optional<uint32_t> colour)
 {
     static_assert(std::endian::native == std::endian::little, "texels are taken apart as words");
     // A base vertex is a signed 32-bit number.
@@ -87,7 +87,8 @@ Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph, bool textur
     store._slotsPerArray = std::min(pageSlots, static_cast<uint32_t>(maxLayers));
     store._morph = morph;
     store._packed.resize(kPageVertices);
-    store._mip.resize(textured ? data::kPageTexels * data::kPageTexels : 0);
+    store._textured = !colour;
+    store._mip.resize(store._textured ? data::kPageTexels * data::kPageTexels : 0);
     takeGlErrors();
 
     const auto reserved = [pageSlots](size_t vertexBytes) {
@@ -104,16 +105,24 @@ Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph, bool textur
         for (size_t code = 1; code < store._perMetre.size(); ++code)
             store._perMetre[code] = 1.0 / lod::decodeM(static_cast<uint8_t>(code));
     }
-    for (uint32_t first = 0; textured && first < pageSlots; first += store._slotsPerArray) {
+    const auto newArray = [&store](GLsizei mips, GLsizei size, GLsizei layers) {
         store._arrays.push_back(makeTexture());
         glBindTexture(GL_TEXTURE_2D_ARRAY, store._arrays.back().name());
-        glTexStorage3D(GL_TEXTURE_2D_ARRAY, kMips, GL_RGBA8, data::kPageTexels, data::kPageTexels,
-                       static_cast<GLsizei>(std::min(store._slotsPerArray, pageSlots - first)));
+        glTexStorage3D(GL_TEXTURE_2D_ARRAY, mips, GL_RGBA8, size, size, layers);
         // Nearest mip, bilinear: about two thirds of the cost of trilinear in software.
         glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
         glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
         glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
         glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    };
+    if (colour) {
+        store._slotsPerArray = pageSlots; // no slot has a layer
+        newArray(1, 1, 1);
+        glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, 1, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, &*colour);
+    } else {
+        for (uint32_t first = 0; first < pageSlots; first += store._slotsPerArray)
+            newArray(kMips, data::kPageTexels,
+                     static_cast<GLsizei>(std::min(store._slotsPerArray, pageSlots - first)));
     }
     if (const std::string errors = takeGlErrors(); !errors.empty())
         return fail(ErrorKind::graphics,
@@ -137,7 +146,7 @@ void PageStore::upload(uint32_t slot, const data::PageMesh& mesh)
         packMorphs(mesh);
         replace(_morphs, _packedMorph);
     }
-    if (!_arrays.empty())
+    if (_textured)
         uploadTexels(slot, mesh);
 }
 
@@ -213,8 +222,6 @@ void PageStore::pointAttributes(uint32_t firstVertex) const
 
 void PageStore::bindArray(uint32_t array) const
 {
-    if (_arrays.empty())
-        return;
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_2D_ARRAY, _arrays[array].name());
 }

@@ -25,6 +25,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace ig::gl {
@@ -67,9 +68,10 @@ enum VertexAttribute : GLuint {
 class PageStore {
 public:
     // Error (graphics): more slots than the driver's limits or memory allow.
-    static Result<PageStore> create(uint32_t pageSlots, Morph morph, bool textured = true);
+    // colour: see RendererSettings.
+    static Result<PageStore> create(uint32_t pageSlots, Morph morph, std::optional<uint32_t> colour = {});
 
-    // Copies and packs; no allocation. The mesh has all vertices, texels where the store has textures,
+    // Copies and packs; no allocation. The mesh has all vertices, texels where there is no one colour,
     // and morphs if the store does (asserted).
     void upload(uint32_t slot, const data::PageMesh& mesh);
 
@@ -81,9 +83,9 @@ public:
     uint32_t pageSlots() const noexcept { return _pageSlots; }
     // Slots are spread over several texture arrays where one has too few layers.
     uint32_t slotsPerArray() const noexcept { return _slotsPerArray; }
-    void bindArray(uint32_t array) const; // nothing without textures
+    void bindArray(uint32_t array) const;
     Morph morph() const noexcept { return _morph; }
-    uint64_t bytesPerPage() const noexcept { return pageBytes(_morph, !_arrays.empty()); }
+    uint64_t bytesPerPage() const noexcept { return pageBytes(_morph, _textured); }
     uint64_t gpuBytes() const noexcept { return _pageSlots * bytesPerPage(); }
 
 private:
@@ -92,10 +94,11 @@ private:
     void uploadTexels(uint32_t slot, const data::PageMesh& mesh);
 
     Buffer _vertices, _morphs;
-    std::vector<Texture> _arrays; // none without textures
+    std::vector<Texture> _arrays; // of one texel where there is one colour
     uint32_t _pageSlots = 0;
     uint32_t _slotsPerArray = 0;
     Morph _morph = Morph::none;
+    bool _textured = true;
     // Scratch of upload.
     std::vector<PackedVertex> _packed;
     std::vector<PackedMorph> _packedMorph;

@@ -45,7 +45,7 @@ struct RendererSettings {
     // whatever the view says.
     double visibilityM = 0;
     Morph morph = Morph::none;
-    // Of all ground, RGBA8 as in PageMesh::texel: there are no textures then, and no texels are needed.
+    // Of all ground, RGBA8 as in PageMesh::texel: in place of textures, and no texels are needed.
     std::optional<uint32_t> colour = {};
 };
 

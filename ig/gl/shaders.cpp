@@ -99,11 +99,9 @@ void main()
 
 constexpr const char* kTerrainFragment = R"(
 precision highp float;
-precision highp sampler2DArray; // as exact as u_colour: one picture with either
-#ifdef UNIFORM_COLOUR
-uniform vec3 u_colour;
-#else
+precision mediump sampler2DArray;
 uniform sampler2DArray u_pages;
+#ifndef UNIFORM_COLOUR
 in vec2 v_place;
 flat in float v_layer;
 #endif
@@ -118,15 +116,16 @@ layout(location = 0) out vec4 o_colour;
 void main()
 {
 #ifdef UNIFORM_COLOUR
-    vec3 colour = u_colour;
+    // Through the sampler, whose precision is its own: the same colour to the last bit as that of textures.
+    vec4 texel = texture(u_pages, vec3(0.5, 0.5, 0.0));
 #else
     vec4 texel = texture(u_pages, vec3(v_place, v_layer));
+#endif
 #ifdef HOLES
     if (texel.a < 0.5)
         discard;
 #endif
     vec3 colour = texel.rgb;
-#endif
 #ifdef HAZE
     colour = mix(kHazeColour, colour, exp2(u_hazePerM * -v_distanceM));
 #endif

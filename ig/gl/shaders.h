@@ -12,7 +12,7 @@ namespace ig::gl {
 struct TerrainVariant {
     bool haze = false;
     bool holes = false;          // discards texels of holes
-    bool uniformColour = false;  // no textures
+    bool uniformColour = false;  // one texel for all
     bool fragmentDepth = false;  // no clip control: the fragment shader writes the reversed depth
     bool slotFromVertex = false; // base-vertex draws: the slot follows from gl_VertexID
     Morph morph = Morph::none;
@@ -24,7 +24,7 @@ struct ShaderPair {
 };
 
 // Attributes as in PageStore. Uniforms: u_clipFromRelative (mat4), u_eyeHigh and u_eyeLow (vec3), u_layer
-// (int) and u_pages (sampler), or u_colour (vec3) with uniformColour; u_hazePerM (float) and u_along (vec4:
+// (int, not with uniformColour), u_pages (sampler); u_hazePerM (float) and u_along (vec4:
 // what gives the distance that haze covers: 0 0 0 1 for that to the eye, axis and 0 for that along the axis)
 // with haze; u_depth (vec3: factors of 1 / w and window depth, and what is added) with fragmentDepth; with
 // any morph u_shortestM (float: what is nearer counts as that far); of lists u_morph (vec2: 1 / reach and cut

@@ -75,14 +75,7 @@ Result<TerrainPass> TerrainPass::create(const Context& context, const PageStore&
     pass._tile = location("u_tile");
     pass._sides = location("u_sides");
     glUseProgram(pass._program.name());
-    if (settings.colour) {
-        const auto share = [&](unsigned shift) {
-            return static_cast<float>(*settings.colour >> shift & 255U) / 255.0F;
-        };
-        glUniform3f(location("u_colour"), share(0), share(8), share(16));
-    } else {
-        glUniform1i(location("u_pages"), 0);
-    }
+    glUniform1i(location("u_pages"), 0);
     pass._hazePerM = location("u_hazePerM"); // -1 without haze
     pass._visibilityM = settings.visibilityM;
 
