@@ -204,7 +204,7 @@ public:
         }
         _scene = *std::move(planned);
         addLoader(threads() - threadsBefore);
-        for (const auto add :
+        for (const auto addPart :
              {&Explainer::addHaze, &Explainer::addHoles, &Explainer::addMorph, &Explainer::addTextures,
               &Explainer::addSun, &Explainer::addSlots, &Explainer::addViews}) {
             if (auto added = (this->*addPart)(); !added) {

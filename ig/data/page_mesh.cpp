@@ -161,8 +161,8 @@ std::optional<uint32_t> uniformTexel(const DatasetInfo& dataset, const ShadingSe
         return std::nullopt;
     }
     const glm::vec3 up(0.0F, 0.0F, 1.0F);
-    const auto post = std::lround((dataset.minHeightM - dataset.heightOffsetM) / dataset.heightScaleM);
-    const float heightM = meanHeightM(dataset, 4 * static_cast<int>(post));
+    const double post = std::round((dataset.minHeightM - dataset.heightOffsetM) / dataset.heightScaleM);
+    const float heightM = meanHeightM(dataset, 4 * static_cast<int>(std::clamp(post, -32'768.0, 32'767.0)));
     return packed(TintTable(dataset, shading.tint).colour(heightM, up.z, true) * light.on(up));
 }
 
