@@ -9,8 +9,10 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <map>
 #include <thread>
@@ -569,4 +571,50 @@ TEST_CASE("another body's colours follow its own range of heights, without sea")
     data::buildPageMesh(dataset.info(), dataset.pages()[0], heights, shading, mesh);
     CHECK(brightness(mesh.texel[5]) + 150 < brightness(mesh.texel[50]));
     CHECK(std::abs(red(mesh.texel[5]) - blue(mesh.texel[5])) < 40);
+}
+
+TEST_CASE("where all texels would be alike, one colour stands for them, and nowhere else")
+{
+    const test::TempDir dir;
+    data::ShadingSettings day;
+    day.sunElevationRad = 0.6;
+    data::ShadingSettings dark;
+    dark.sunElevationRad = -0.1;
+    dark.ambient = 0;
+    int files = 0;
+    const auto compiled = [&](const std::function<double(uint32_t, uint32_t)>& heightM) {
+        const std::string path = dir.file(std::to_string(files++) + ".ept");
+        REQUIRE(terrain::compileHeights(100, 80, test::somePlace(), heightM, path));
+        return opened(path);
+    };
+    const auto hills = [](uint32_t c, uint32_t r) { return 10.0 * (c % 7) + r; };
+    const auto isUniform = [](const data::Dataset& dataset, const data::ShadingSettings& shading) {
+        const auto colour = data::uniformTexel(dataset.info(), shading);
+        std::vector<data::PageHeights> heights(dataset.pages().size());
+        for (uint32_t page = 0; colour && page < dataset.pages().size(); ++page) {
+            const int32_t parent = dataset.parentOf(page);
+            REQUIRE(dataset.readPage(page, parent >= 0 ? &heights[static_cast<size_t>(parent)] : nullptr,
+                                     heights[page]));
+            data::PageMesh mesh;
+            data::buildPageMesh(dataset.info(), dataset.pages()[page], heights[page], shading, mesh);
+            CHECK(std::all_of(mesh.texel.begin(), mesh.texel.end(),
+                              [&](uint32_t texel) { return texel == *colour; }));
+            data::PageMesh bare;
+            data::buildPageVertices(dataset.info(), dataset.pages()[page], heights[page], bare);
+            CHECK(bare.texel.empty());
+            CHECK(bare.vertex.size() == mesh.vertex.size());
+            CHECK(bare.vertex.back().m == mesh.vertex.back().m);
+        }
+        return colour.has_value();
+    };
+    for (const double levelM : {0.0, -3.2, 1'234.5}) {
+        CHECK(isUniform(compiled([levelM](uint32_t, uint32_t) { return levelM; }), day));
+    }
+    CHECK(isUniform(compiled(hills), dark));
+    CHECK_FALSE(isUniform(compiled(hills), day));
+    const data::Dataset holed =
+        compiled([](uint32_t c, uint32_t r) { return c > 40 && c < 60 && r > 40 ? std::nan("") : 0.0; });
+    CHECK(holed.info().hasHoles);
+    CHECK_FALSE(isUniform(holed, day));
+    CHECK_FALSE(isUniform(holed, dark));
 }

@@ -2,6 +2,7 @@
 // The extreme cases of --selftest, with more eyes and frames than on the target, and what --explain leaves
 // out.
 #include "ig/app/explain.h"
+#include "ig/app/image_generator.h"
 #include "ig/gl/context.h"
 #include "ig/selftest/selftest.h"
 #include "process.h"
@@ -11,7 +12,9 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 using namespace ig::selftest;
@@ -27,7 +30,20 @@ bool hasDriver()
     return has;
 }
 
-std::string makeDataset(const test::TempDir& dir, bool holes)
+using Height = std::function<double(uint32_t col, uint32_t row)>;
+
+double hills(uint32_t col, uint32_t row)
+{
+    return 300 + 200 * std::sin(col * 0.11) * std::cos(row * 0.07);
+}
+
+double hillsWithAHole(uint32_t col, uint32_t row)
+{
+    return col / 40 == 3 && row / 40 == 2 ? std::nan("") : hills(col, row);
+}
+
+std::string makeDataset(const test::TempDir& dir, const std::string& name, const Height& heightM,
+                        uint32_t posts = 257)
 {
     ig::terrain::GridPlace place;
     place.northDeg = 57.5;
@@ -35,15 +51,19 @@ std::string makeDataset(const test::TempDir& dir, bool holes)
     place.latitudeStepDeg = 0.00045;
     place.longitudeStepDeg = 0.0008;
     place.heightScaleM = 0.1;
-    const std::string path = dir.file(holes ? "holes.ept" : "hills.ept");
-    REQUIRE(ig::terrain::compileHeights(
-        257, 257, place,
-        [holes](uint32_t c, uint32_t r) {
-            return holes && c / 40 == 3 && r / 40 == 2 ? std::nan("")
-                                                       : 300 + 200 * std::sin(c * 0.11) * std::cos(r * 0.07);
-        },
-        path));
+    const std::string path = dir.file(name + ".ept");
+    REQUIRE(ig::terrain::compileHeights(posts, posts, place, heightM, path));
     return path;
+}
+
+config::Settings smallPicture(const std::string& terrain)
+{
+    config::Settings settings;
+    settings.terrain.file = terrain;
+    settings.terrain.pageCacheMib = 42;
+    settings.view.width = 320;
+    settings.view.height = 180;
+    return settings;
 }
 
 struct Silent : ig::LogSink {
@@ -113,50 +133,172 @@ TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and wh
     }
     const test::TempDir dir;
     Silent log;
-    config::Settings settings;
-    settings.terrain.file = makeDataset(dir, false);
-    settings.view.width = 320;
-    settings.view.height = 180;
-    settings.shading.visibilityM = 0;
-    settings.terrain.pageCacheMib = 42;
-    for (const bool holes : {false, true}) {
-        for (const char* method : {"hybrid", "geomip"}) {
-            settings.terrain.file = makeDataset(dir, holes);
-            settings.terrain.method = method;
-            settings.terrain.morph = false;
-            INFO(method << (holes ? ", holes" : ""));
-            const auto made = ig::app::explain(settings, log);
-            REQUIRE(made);
-            size_t leftOut = 0;
-            for (const ig::app::Part& each : made->parts) {
-                INFO(each.name);
-                if (!each.used && each.cost.changedPixels) {
-                    CHECK(*each.cost.changedPixels == 0);
-                    ++leftOut;
-                }
+    const auto explained = [&](const config::Settings& settings) {
+        const auto made = ig::app::explain(settings, log);
+        REQUIRE(made);
+        for (const ig::app::Part& each : made->parts) {
+            INFO(each.name);
+            CHECK(made->table().find(each.name) != std::string::npos);
+            if (!each.used && each.cost.changedPixels) {
+                CHECK(*each.cost.changedPixels == 0);
             }
-            CHECK(leftOut >= (holes ? 2 : 3));
-            CHECK_FALSE(part(*made, "haze").used);
-            CHECK(part(*made, "holes").used == holes);
-            CHECK((*part(*made, "holes").cost.changedPixels > 0) == holes);
-            CHECK(part(*made, "morph").used == (std::string(method) == "hybrid"));
-            CHECK(*part(*made, "morph").cost.bytes > 0);
-            CHECK_FALSE(part(*made, "slots").used);
-            CHECK(*part(*made, "slots").cost.bytes > 0);
-            CHECK_FALSE(part(*made, "depth").used);
-            CHECK(*part(*made, "metrics").cost.threads == 1);
-            CHECK(made->tilesVisited > 0);
-            CHECK(nlohmann::json::parse(made->json())["parts"].size() == made->parts.size());
-            for (const ig::app::Part& each : made->parts) {
-                CHECK(made->table().find(each.name) != std::string::npos);
+        }
+        CHECK(made->tilesVisited > 0);
+        CHECK(nlohmann::json::parse(made->json())["parts"].size() == made->parts.size());
+        return *made;
+    };
+    const std::string whole = makeDataset(dir, "whole", hills);
+
+    SECTION("no fog, no holes, no second view, everything in memory")
+    {
+        const std::string holed = makeDataset(dir, "holed", hillsWithAHole);
+        for (const bool holes : {false, true}) {
+            for (const char* method : {"hybrid", "geomip"}) {
+                INFO(method << (holes ? ", holes" : ""));
+                config::Settings settings = smallPicture(holes ? holed : whole);
+                settings.shading.visibilityM = 0;
+                settings.terrain.method = method;
+                settings.terrain.morph = method == std::string("hybrid");
+                const auto made = explained(settings);
+                CHECK_FALSE(part(made, "haze").used);
+                CHECK(part(made, "holes").used == holes);
+                CHECK((*part(made, "holes").cost.changedPixels > 0) == holes);
+                CHECK(part(made, "morph").used == settings.terrain.morph);
+                CHECK(*part(made, "morph").cost.bytes > 0);
+                CHECK(*part(made, "morph").cost.pageMs > 0);
+                CHECK(part(made, "textures").used);
+                CHECK(*part(made, "textures").cost.bytes > 0);
+                CHECK(*part(made, "textures").cost.pageMs > 0);
+                CHECK(*part(made, "textures").cost.changedPixels > 0);
+                CHECK(part(made, "sunlight").used);
+                CHECK(*part(made, "sunlight").cost.changedPixels > 0);
+                CHECK_FALSE(part(made, "loading").used);
+                CHECK(*part(made, "loading").cost.threads == 2);
+                CHECK_FALSE(part(made, "slots").used);
+                CHECK(*part(made, "slots").cost.bytes > 0);
+                CHECK_FALSE(part(made, "second view").used);
+                CHECK(*part(made, "second view").cost.bytes >= 320 * 180 * 8);
             }
         }
     }
-    settings.shading.visibilityM = 4'000;
-    const auto hazy = ig::app::explain(settings, log);
-    REQUIRE(hazy);
-    CHECK(part(*hazy, "haze").used);
-    CHECK(*part(*hazy, "haze").cost.changedPixels > 0);
+    SECTION("fog, several views")
+    {
+        config::Settings settings = smallPicture(whole);
+        settings.shading.visibilityM = 4'000;
+        settings.views.resize(2);
+        settings.views[1].id = 1;
+        const auto made = explained(settings);
+        CHECK(part(made, "haze").used);
+        CHECK(*part(made, "haze").cost.changedPixels > 0);
+        CHECK(part(made, "views beside the first").used);
+        CHECK(*part(made, "views beside the first").cost.bytes >= 320 * 180 * 8);
+    }
+    SECTION("no morph, with a tolerance that is far under a pixel")
+    {
+        config::Settings settings = smallPicture(makeDataset(dir, "small", hills, 100));
+        settings.terrain.tolerancePx = 0;
+        settings.terrain.triangleBudget = 40'000;
+        settings.terrain.morph = false;
+        for (const char* method : {"hybrid", "bintree", "geomip"}) {
+            INFO(method);
+            settings.terrain.method = method;
+            const auto made = explained(settings);
+            CHECK_FALSE(part(made, "morph").used);
+            CHECK(*part(made, "morph").cost.bytes > 0);
+        }
+    }
+    SECTION("a flat sea")
+    {
+        config::Settings settings =
+            smallPicture(makeDataset(dir, "sea", [](uint32_t, uint32_t) { return 0.0; }));
+        for (const double visibilityM : {0.0, 4'000.0}) {
+            settings.shading.visibilityM = visibilityM;
+            const auto made = explained(settings);
+            CHECK_FALSE(part(made, "textures").used);
+            CHECK(*part(made, "textures").cost.changedPixels == 0);
+            CHECK(*part(made, "textures").cost.bytes > 0);
+            CHECK(*part(made, "textures").cost.pageMs > 0);
+        }
+    }
+    SECTION("night")
+    {
+        config::Settings settings = smallPicture(whole);
+        settings.shading.sunElevationDeg = -10;
+        const auto dusk = explained(settings);
+        CHECK_FALSE(part(dusk, "sunlight").used);
+        CHECK(part(dusk, "textures").used);
+        settings.shading.ambient = 0;
+        const auto dark = explained(settings);
+        CHECK_FALSE(part(dark, "textures").used);
+        CHECK(*part(dark, "textures").cost.changedPixels == 0);
+    }
+    SECTION("no host, no queries, no sinks, no listener, no log")
+    {
+        config::Settings settings = smallPicture(whole);
+        settings.host.listen.clear();
+        settings.log.level = "warning";
+        const auto made = explained(settings);
+        for (const char* name : {"host", "queries", "sinks", "metrics", "log thread"}) {
+            INFO(name);
+            CHECK_FALSE(part(made, name).used);
+        }
+        for (const char* name : {"queries", "metrics", "log thread"}) {
+            INFO(name);
+            CHECK(*part(made, name).cost.threads == 1);
+        }
+        CHECK(part(made, "host").cost.frameMs);
+        settings.host.listen = "127.0.0.1:8000"; // named, not opened
+        settings.log.level = "info";
+        settings.output.sinks = {"null"};
+        const auto all = explained(settings);
+        for (const char* name : {"host", "sinks", "log thread"}) {
+            INFO(name);
+            CHECK(part(all, name).used);
+        }
+    }
+}
+
+TEST_CASE("without a host the same pictures are drawn, and no port is opened")
+{
+    if (!hasDriver()) {
+        return;
+    }
+    struct Kept : ig::out::FrameSink {
+        explicit Kept(std::vector<std::byte>& picture) : last(picture) {}
+        ig::Result<void> write(const ig::out::Frame& frame) override
+        {
+            last.assign(frame.rgba.begin(), frame.rgba.end());
+            return {};
+        }
+        ig::out::SinkStats stats() const override { return {}; }
+        ig::Result<ig::out::SinkStats> close() override { return ig::out::SinkStats(); }
+        std::vector<std::byte>& last;
+    };
+    const test::TempDir dir;
+    Silent log;
+    config::Settings settings = smallPicture(makeDataset(dir, "whole", hills));
+    settings.terrain.waitForPages = true;
+    std::array<std::vector<std::byte>, 2> pictures;
+    for (const bool host : {false, true}) {
+        settings.host.listen = host ? "127.0.0.1:0" : "";
+        auto made = ig::app::ImageGenerator::create(settings, log);
+        REQUIRE(made);
+        (*made)->addSink("kept", std::make_unique<Kept>(pictures[host ? 1 : 0]));
+        for (uint64_t slot = 0; slot < 3; ++slot) {
+            (*made)->frame(1'000'000'000 + static_cast<int64_t>(slot) * 16'666'667, slot);
+        }
+        CHECK(((*made)->description().find("no host") != std::string::npos) == !host);
+        (*made)->finish(0, 0.05);
+    }
+    CHECK_FALSE(pictures[0].empty());
+    CHECK((pictures[0] == pictures[1]));
+
+    settings.host.listen.clear();
+    settings.host.record = dir.file("flight.pcap");
+    const auto refused = ig::app::ImageGenerator::create(settings, log);
+    REQUIRE_FALSE(refused);
+    CHECK(refused.error().kind == ig::ErrorKind::usage);
+    CHECK_THAT(refused.error().message, Catch::Contains("host.record") && Catch::Contains("host.listen"));
 }
 
 #if defined(EYEPOINT_SELFTEST)
@@ -183,7 +325,7 @@ TEST_CASE("frames that show the same are not drawn again, and the sinks get the 
         return;
     }
     const test::TempDir dir;
-    const std::string terrain = makeDataset(dir, false);
+    const std::string terrain = makeDataset(dir, "hills", hills);
     const auto fly = [&](const std::string& name, bool skip) {
         std::vector<std::string> arguments{"eyepoint-ig",
                                            "--terrain",

@@ -371,6 +371,34 @@ TEST_CASE("small voids are interpolated, NaN and infinity are voids too")
     CHECK(difference(built(of({dir.file("a.tif")}), dir), 30, 30, [](int c, int) { return 800 + c; }) < 0.11);
 }
 
+TEST_CASE("a float raster full of infinities and NaN compiles to finite ground without spikes")
+{
+    const test::TempDir dir;
+    Made made;
+    made.type = GDT_Float32;
+    made.cols = made.rows = 80;
+    const double infinity = std::numeric_limits<double>::infinity();
+    const std::array<double, 3> wrong{std::nan(""), infinity, -infinity};
+    const auto height = [](int c, int r) { return 800 + c + 2.0 * r; };
+    makeRaster(dir.file("a.tif"), made, [&](int c, int r) {
+        const bool coarse = c >= 30 && c < 45 && r >= 50 && r < 62; // a large void, beside single ones
+        return coarse || (c * 31 + r * 17) % 23 == 0 ? wrong[static_cast<size_t>(c + r) % wrong.size()]
+                                                     : height(c, r);
+    });
+    const data::Dataset dataset = built(of({dir.file("a.tif")}), dir, VoidRule::interpolate);
+    CHECK(dataset.info().minHeightM >= 799.9);
+    CHECK(dataset.info().maxHeightM <= 800 + 79 + 2 * 79 + 0.1);
+    for (const lod::PageNode& page : dataset.pages()) {
+        CHECK(std::isfinite(page.minHeightM));
+        CHECK(std::isfinite(page.maxHeightM));
+    }
+    // Single voids lie on the plane around them; what is not asked about is NaN.
+    CHECK(difference(dataset, 80, 80, [&](int c, int r) {
+              const bool near = c >= 26 && c < 49 && r >= 46 && r < 66;
+              return near ? std::nan("") : height(c, r);
+          }) < 4.0);
+}
+
 TEST_CASE("a raster that does not say where it lies is placed by the command line")
 {
     const test::TempDir dir;

@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# What the default and the minimal build of eyepoint-ig weigh, as a table: size of the program, shared libraries,
-# time, memory.
+# What eyepoint-ig weighs by build option, as a table in Markdown: size of the program, shared libraries, time, memory.
 #   tools/footprint.sh [TERRAIN.ept]     by default a synthetic one of 1025 x 1025 posts
 # Environment: RUNS (9, of the time), SECONDS_TO_FLY (3, before memory is looked at).
 set -euo pipefail
@@ -9,10 +8,23 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-for preset in release minimal; do
-  cmake --preset "$preset" -DEYEPOINT_TESTS=OFF >/dev/null
+names=()
+
+build() { # NAME PRESET [-DOPTION=...]: keeps the program under the name
+  local name=$1 preset=$2
+  shift 2
+  cmake --preset "$preset" -DEYEPOINT_TESTS=OFF "$@" >/dev/null
   cmake --build --preset "$preset" --parallel "${JOBS:-$(nproc)}" --target eyepoint-ig >"$work/log" || { cat "$work/log"; exit 1; } >&2
-done
+  cp "build/$preset/bin/eyepoint-ig" "$work/$name"
+  names+=("$name")
+}
+
+build default release
+bare=(-DEYEPOINT_PNG=OFF -DEYEPOINT_STREAM_SINKS=OFF -DEYEPOINT_GSTREAMER=OFF -DEYEPOINT_SELFTEST=ON)
+build "minimal and PNG" minimal "${bare[@]}" -DEYEPOINT_PNG=ON
+build "minimal and streams" minimal "${bare[@]}" -DEYEPOINT_STREAM_SINKS=ON
+build minimal minimal "${bare[@]}"
+build "minimal, no self-test" minimal "${bare[@]}" -DEYEPOINT_SELFTEST=OFF
 if [ -z "${terrain:-}" ]; then
   cmake --build --preset release --parallel "${JOBS:-$(nproc)}" --target eyepoint-terrain >"$work/log" || { cat "$work/log"; exit 1; } >&2
   build/release/bin/eyepoint-terrain synth -o "$work/land.tif" --size 1025 >/dev/null
@@ -20,33 +32,33 @@ if [ -z "${terrain:-}" ]; then
   terrain=$work/land.ept
 fi
 
-run() { # PRESET [arguments]
-  local ig=build/$1/bin/eyepoint-ig
+run() { # NAME [arguments]
+  local ig=$work/$1
   shift
   exec "$ig" --terrain "$terrain" --listen 127.0.0.1:0 --set log.level=info "$@" 2>"$work/err"
 }
 
-milliseconds() { # PRESET: from the start of the process to its end after one frame
+milliseconds() { # NAME: from the start of the process to its end after one frame
   local before=$EPOCHREALTIME
   (run "$1" --frames 1 --sink null)
   echo $(((${EPOCHREALTIME/./} - ${before/./}) / 1000))
 }
 
-for _ in $(seq "${RUNS:-9}"); do # in turn, so that both see the same machine
-  for preset in release minimal; do milliseconds "$preset" >>"$work/ms.$preset"; done
+for _ in $(seq "${RUNS:-9}"); do # in turn, so that all see the same machine
+  for name in "${names[@]}"; do milliseconds "$name" >>"$work/ms.$name"; done
 done
 
-echo "| Build | Program, stripped | Libraries linked / loaded | One frame, from start to end, median of ${RUNS:-9} | Resident: all / own / files / ring |"
+echo "| Build | Program, stripped | Libraries linked / loaded | Start, one frame, end: median of ${RUNS:-9} | Resident: all / own / files / ring |"
 echo "|---|---|---|---|---|"
-for preset in release minimal; do
-  ig=build/$preset/bin/eyepoint-ig
+for name in "${names[@]}"; do
+  ig=$work/$name
   strip -o "$work/stripped" "$ig"
   size=$(($(stat -c %s "$work/stripped") / 1024))
   linked=$(readelf -d "$ig" | grep -c NEEDED)
   loaded=$(ldd "$ig" | grep -c '=>')
-  median=$(sort -n "$work/ms.$preset" | sed -n "$(((${RUNS:-9} + 1) / 2))p")
+  median=$(sort -n "$work/ms.$name" | sed -n "$(((${RUNS:-9} + 1) / 2))p")
   rm -f "$work/err"
-  (run "$preset" --sink "shm:eyepoint-footprint-$$") &
+  (run "$name" --sink "shm:eyepoint-footprint-$$") &
   pid=$!
   until grep -qs listening "$work/err"; do
     kill -0 "$pid" || { cat "$work/err" >&2; exit 1; }
@@ -57,6 +69,5 @@ for preset in release minimal; do
   memory="$(mib VmRSS) / $(mib RssAnon) / $(mib RssFile) / $(mib RssShmem) MiB"
   kill "$pid"
   wait "$pid"
-  [ "$preset" = release ] && name=default || name=minimal
   echo "| $name | $size KiB | $linked / $loaded | $median ms | $memory |"
 done

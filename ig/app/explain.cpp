@@ -2,8 +2,11 @@
 #include "ig/app/explain.h"
 
 #include "ig/app/frame_time_control.h"
+#include "ig/app/host_link.h"
 #include "ig/app/image_generator.h"
+#include "ig/app/log_writer.h"
 #include "ig/app/metrics_server.h"
+#include "ig/app/signals.h"
 #include "ig/app/steady_clock.h"
 #include "ig/app/terrain_view.h"
 #include "ig/data/height_query.h"
@@ -11,26 +14,54 @@
 #include "ig/out/frame_sink.h"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <utility>
+
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
 
 namespace ig::app {
 
 namespace {
 
-constexpr int kFrames = 15; // medians of so many
+constexpr int kFrames = 15; // of which the fastest counts
 
-double medianMs(std::vector<int64_t> ns)
+template <class Work>
+int64_t timeNs(const Work& work)
 {
-    std::sort(ns.begin(), ns.end());
-    return static_cast<double>(ns[ns.size() / 2]) * 1e-6;
+    const int64_t start = steadyNs();
+    work();
+    return steadyNs() - start;
+}
+
+// The fastest of each, taken in turn, either one first as often as the other: what else the machine does can
+// only add.
+template <class With, class Without>
+double leastMsMore(const With& with, const Without& without)
+{
+    constexpr int64_t kNever = std::numeric_limits<int64_t>::max();
+    int64_t leastWith = kNever, leastWithout = kNever;
+    for (int i = 0; i < kFrames; ++i) {
+        const bool withFirst = i % 2 == 0;
+        leastWith = withFirst ? std::min(leastWith, timeNs(with)) : leastWith;
+        leastWithout = std::min(leastWithout, timeNs(without));
+        leastWith = withFirst ? leastWith : std::min(leastWith, timeNs(with));
+    }
+    return static_cast<double>(leastWith - leastWithout) * 1e-6;
+}
+
+template <class Work>
+double leastMs(const Work& work)
+{
+    return leastMsMore(work, [] {});
 }
 
 int threads()
@@ -40,16 +71,35 @@ int threads()
     return static_cast<int>(std::distance(begin(tasks), end(tasks)));
 }
 
-// Threads that run while what `make` returns lives.
-template <class Make>
-std::optional<int> threadsOf(const Make& make)
+// Bytes that the program holds; nothing where the C library cannot say.
+std::optional<int64_t> heapBytes()
 {
-    const int before = threads();
-    const auto kept = make();
-    return kept ? std::optional<int>(threads() - before) : std::nullopt;
+#if defined(__GLIBC__)
+    const auto info = mallinfo2();
+    return static_cast<int64_t>(info.uordblks + info.hblkhd);
+#else
+    return std::nullopt;
+#endif
 }
 
-// The first view over one set of renderer settings.
+// Threads that run and memory that is held while what `make` returns lives; nothing where that is nothing.
+template <class Make>
+PartCost costOf(const Make& make)
+{
+    const int threadsBefore = threads();
+    const std::optional<int64_t> bytesBefore = heapBytes();
+    const auto kept = make();
+    PartCost cost;
+    if (kept) {
+        cost.threads = threads() - threadsBefore;
+        if (const auto bytes = heapBytes(); bytes && bytesBefore) {
+            cost.bytes = *bytes - *bytesBefore;
+        }
+    }
+    return cost;
+}
+
+// What is drawn at first, over one plan.
 class Scene {
 public:
     static Result<std::unique_ptr<Scene>> make(const gl::Context& context, const config::Settings& settings,
@@ -64,45 +114,71 @@ public:
             return Unexpected{renderer.error()};
         }
         std::unique_ptr<Scene> scene(new Scene(*std::move(renderer), *std::move(dataset), plan, log));
-        if (auto loaded = scene->_view.preload(scene->_from); !loaded) {
-            return Unexpected{loaded.error()};
+        for (size_t i = 0; i < scene->_views.size(); ++i) {
+            if (auto loaded = scene->_views[i]->preload(plan.views[i].idle); !loaded) {
+                return Unexpected{loaded.error()};
+            }
         }
         FrameStats stats;
         do { // what is loaded ahead as well
-            scene->frame(false, stats);
+            stats = scene->frame(false);
         } while (stats.pageIns > 0);
         return scene;
     }
 
-    // ns from the selection to the picture.
-    int64_t frame(bool keepPicture, FrameStats& stats)
+    // A picture of each view, from the selection to the bytes; the first one's are kept.
+    FrameStats frame(bool keepPicture)
     {
-        stats = {};
-        const int64_t start = steadyNs();
-        if (_view.draw(_from, stats, keepPicture)) {
-            _renderer->read(_picture);
+        FrameStats stats;
+        for (size_t i = _views.size(); i-- > 0;) {
+            _renderer->setPicture(i);
+            if (_views[i]->draw(_plan.views[i].idle, stats, keepPicture)) {
+                _picture.resize(size_t{4} * static_cast<size_t>(_plan.views[i].idle.widthPx) *
+                                static_cast<size_t>(_plan.views[i].idle.heightPx));
+                _renderer->read(_picture);
+            }
         }
-        return steadyNs() - start;
+        return stats;
     }
+
+    // Vertices, texels and morph of the root page, as a loader's thread makes them.
+    void makePage()
+    {
+        const data::DatasetInfo& info = _terrain.info();
+        const lod::PageNode& root = _terrain.dataset().pages()[0];
+        if (_plan.terrain.texels) {
+            data::buildPageMesh(info, root, _rootHeights, _plan.terrain.shading, _mesh);
+        } else {
+            data::buildPageVertices(info, root, _rootHeights, _mesh);
+        }
+        if (_plan.renderer.morph != gl::Morph::none) {
+            data::addMorph(info, root, _rootHeights, _mesh);
+        }
+    }
+
     gl::Renderer& renderer() noexcept { return *_renderer; }
     TerrainResidency& terrain() noexcept { return _terrain; }
     const std::vector<std::byte>& picture() const noexcept { return _picture; }
-    const ViewState& from() const noexcept { return _from; }
 
 private:
     Scene(std::unique_ptr<gl::Renderer> renderer, data::Dataset dataset, const Plan& plan, LogSink& log)
-        : _renderer(std::move(renderer)), _terrain(std::move(dataset), plan.terrain, *_renderer, log),
-          _view(_terrain, plan.terrain.selection, *_renderer), _from(plan.firstView),
-          _picture(size_t{4} * static_cast<size_t>(plan.renderer.widthPx) *
-                   static_cast<size_t>(plan.renderer.heightPx))
+        : _plan(plan), _renderer(std::move(renderer)),
+          _terrain(std::move(dataset), plan.terrain, *_renderer, log)
     {
+        for (const Plan::View& view : plan.views) {
+            _views.push_back(std::make_unique<TerrainView>(_terrain, view.selection, *_renderer));
+        }
+        // Of a damaged one preload() says so.
+        (void)_terrain.dataset().readPage(0, nullptr, _rootHeights);
     }
 
+    Plan _plan;
     std::unique_ptr<gl::Renderer> _renderer;
     TerrainResidency _terrain;
-    TerrainView _view;
-    ViewState _from;
+    std::vector<std::unique_ptr<TerrainView>> _views;
     std::vector<std::byte> _picture;
+    data::PageHeights _rootHeights;
+    data::PageMesh _mesh;
 };
 
 size_t changedPixels(const std::vector<std::byte>& a, const std::vector<std::byte>& b)
@@ -122,211 +198,334 @@ public:
         _plan.terrain.waitForPages = true; // both sides of a comparison draw the same pages
     }
 
-    Result<void> renderer(Explanation& out)
+    Result<Explanation> explain()
     {
         const int threadsBefore = threads();
         auto planned = Scene::make(_context, _settings, _plan, _log);
         if (!planned) {
             return Unexpected{planned.error()};
         }
-        loader(out, **planned, threads() - threadsBefore);
-        FrameStats stats;
-        (*planned)->frame(false, stats);
         _scene = *std::move(planned);
-        const bool haze = _plan.renderer.visibilityM > 0;
-        constexpr double kClearM = 1e30;
-        const auto flipped = [&](std::string name, bool used, std::string why,
-                                 const auto& flip) -> Result<void> {
-            Plan other = _plan;
-            flip(other.renderer, other.terrain);
-            auto cost = compare(other, used);
-            if (!cost) {
-                return Unexpected{cost.error()};
+        addLoader(threads() - threadsBefore);
+        for (const auto addPart :
+             {&Explainer::addHaze, &Explainer::addHoles, &Explainer::addMorph, &Explainer::addTextures,
+              &Explainer::addSun, &Explainer::addSlots, &Explainer::addViews}) {
+            if (auto added = (this->*addPart)(); !added) {
+                return Unexpected{added.error()};
             }
-            out.parts.push_back({std::move(name), used, std::move(why), *cost});
-            return {};
-        };
-        if (auto done = flipped(
-                "haze program", haze,
-                haze ? fmt::format("shading.visibility_m is {:g}", _plan.renderer.visibilityM)
-                     : "shading.visibility_m is 0",
-                [&](gl::RendererSettings& r, TerrainSettings&) { r.visibilityM = haze ? 0 : kClearM; });
-            !done) {
-            return done;
         }
-        if (auto done = flipped("program for holes", _plan.renderer.holes,
-                                _plan.renderer.holes ? "the dataset has holes" : "the dataset has none",
-                                [&](gl::RendererSettings& r, TerrainSettings&) { r.holes = !r.holes; });
-            !done) {
-            return done;
+        addRedraw();
+        addDepth();
+        addTimeControl();
+        addHost();
+        addQueries();
+        addSinks();
+        addMetrics();
+        addLog();
+        countTiles();
+        _out.target = _context.info().renderer + " / " + _context.info().version;
+        return std::move(_out);
+    }
+
+private:
+    void add(std::string name, bool used, std::string why, const PartCost& cost)
+    {
+        _out.parts.push_back({std::move(name), used, std::move(why), cost});
+    }
+
+    // A part that the plan has or has not, against a plan with that turned round.
+    Result<void> addFlipped(std::string name, bool used, std::string why,
+                            const std::function<void(Plan&)>& flip)
+    {
+        Plan other = _plan;
+        flip(other);
+        auto flipped = Scene::make(_context, _settings, other, _log);
+        if (!flipped) {
+            return Unexpected{flipped.error()};
         }
-        const bool morph = _plan.renderer.morph != gl::Morph::none;
-        const bool tiles = _plan.terrain.selection.method == lod::Method::geomip;
-        if (auto done = flipped("morph: program, 8 bytes a vertex", morph,
-                                tiles ? fmt::format("terrain.morph is {}", morph)
-                                      : "every vertex moves by this method",
-                                [&](gl::RendererSettings& r, TerrainSettings& t) {
-                                    r.morph = !morph ? gl::Morph::tiles : gl::Morph::none;
-                                    t.selection.morph = tiles ? !morph : t.selection.morph;
-                                });
-            !done) {
-            return done;
-        }
+        Scene& with = used ? *_scene : **flipped;
+        Scene& without = used ? **flipped : *_scene;
+        PartCost cost;
+        cost.frameMs = leastMsMore([&] { with.frame(false); }, [&] { without.frame(false); });
+        cost.pageMs = leastMsMore([&] { with.makePage(); }, [&] { without.makePage(); });
+        cost.bytes = static_cast<int64_t>(with.renderer().gpuBytes()) -
+                     static_cast<int64_t>(without.renderer().gpuBytes());
+        cost.changedPixels = changedPixels(with.picture(), without.picture());
+        add(std::move(name), used, std::move(why), cost);
+        return {};
+    }
+
+    void addLoader(int loaderThreads)
+    {
+        const size_t pages = _scene->terrain().dataset().pages().size();
+        const bool allFit = _scene->terrain().pageSlots() >= pages;
+        PartCost cost;
+        cost.threads = loaderThreads;
+        add("loading of pages in flight", !allFit,
+            fmt::format("{} pages, {} slots{}", pages, _scene->terrain().pageSlots(),
+                        allFit ? "; its threads end when all are there" : ""),
+            cost);
+    }
+
+    Result<void> addHaze()
+    {
+        constexpr double kClearM = 1e30;
+        const double visibilityM = _plan.renderer.visibilityM;
+        const bool used = visibilityM > 0;
+        return addFlipped("haze program", used, fmt::format("shading.visibility_m is {:g}", visibilityM),
+                          [used](Plan& plan) { plan.renderer.visibilityM = used ? 0 : kClearM; });
+    }
+
+    Result<void> addHoles()
+    {
+        const bool used = _plan.renderer.holes;
+        return addFlipped("program for holes", used, used ? "the dataset has holes" : "the dataset has none",
+                          [](Plan& plan) {
+                              plan.renderer.holes = !plan.renderer.holes;
+                              plan.renderer.colour.reset(); // holes are in the textures
+                              plan.terrain.texels = true;
+                          });
+    }
+
+    Result<void> addMorph()
+    {
+        const bool used = _plan.renderer.morph != gl::Morph::none;
+        return addFlipped("morph: program, 8 bytes a vertex", used,
+                          fmt::format("terrain.morph is {}", _settings.terrain.morph), [used](Plan& plan) {
+                              plan.renderer.morph = rendererMorph(plan.terrain.selection.method, !used);
+                              plan.terrain.selection.morph = !used;
+                              for (Plan::View& view : plan.views) {
+                                  view.selection.morph = !used;
+                              }
+                          });
+    }
+
+    Result<void> addTextures()
+    {
+        const bool used = _plan.terrain.texels;
+        return addFlipped("textures of pages", used,
+                          used ? "ground differs in height, slope or light"
+                               : "all ground is level, or nothing gives light: one texel for all",
+                          [used](Plan& plan) {
+                              constexpr uint32_t kGrey = 0xff808080;
+                              plan.renderer.colour = used ? std::optional(kGrey) : std::nullopt;
+                              plan.renderer.holes = plan.renderer.holes && !used;
+                              plan.terrain.texels = !used;
+                          });
+    }
+
+    Result<void> addSun()
+    {
+        const bool used = _plan.terrain.shading.sunElevationRad > 0;
+        return addFlipped("sunlight, baked into textures", used,
+                          fmt::format("shading.sun_elevation_deg is {:g}", _settings.shading.sunElevationDeg),
+                          [this, used](Plan& plan) {
+                              constexpr double kNight = -1.0;
+                              constexpr double kNoLight =
+                                  1e-9; // above the horizon, and too little for a byte of a colour
+                              data::ShadingSettings shading = plan.terrain.shading;
+                              shading.sunElevationRad = used ? kNight : kNoLight;
+                              plan.setShading(shading, _scene->terrain().info());
+                          });
+    }
+
+    Result<void> addSlots()
+    {
+        constexpr const char* kName = "page slots beyond the dataset's pages";
         const uint32_t wanted = pageSlotsFor(static_cast<uint64_t>(_settings.terrain.pageCacheMib) << 20,
                                              _plan.renderer.morph, std::numeric_limits<uint32_t>::max());
-        const bool used = _plan.renderer.pageSlots == wanted;
-        if (used) {
-            out.parts.push_back(
-                {"page slots beyond the dataset's pages",
-                 true,
-                 fmt::format("the {} slots of terrain.page_cache_mib are no more than its {} pages", wanted,
-                             _scene->terrain().dataset().pages().size()),
-                 {}});
+        if (_plan.renderer.pageSlots == wanted) {
+            add(kName, false,
+                fmt::format("the {} slots of terrain.page_cache_mib are no more than its {} pages", wanted,
+                            _scene->terrain().dataset().pages().size()),
+                {});
             return {};
         }
-        return flipped(
-            "page slots beyond the dataset's pages", false,
+        return addFlipped(
+            kName, false,
             fmt::format("everything fits into {} of the {} slots of terrain.page_cache_mib",
                         _plan.renderer.pageSlots, wanted),
-            [&](gl::RendererSettings& r, TerrainSettings& t) { r.pageSlots = t.pageSlots = wanted; });
+            [wanted](Plan& plan) { plan.renderer.pageSlots = plan.terrain.pageSlots = wanted; });
     }
 
-    void frame(Explanation& out)
+    Result<void> addViews()
     {
-        FrameStats stats;
-        std::vector<int64_t> drawn, kept;
-        for (int i = 0; i < kFrames; ++i) {
-            drawn.push_back(_scene->frame(false, stats));
-            kept.push_back(_scene->frame(true, stats));
-        }
-        Part draw{"drawing what did not change",
-                  !_settings.output.skipIdentical,
-                  _settings.output.skipIdentical ? "output.skip_identical is set"
-                                                 : "output.skip_identical is not set",
-                  {}};
-        draw.cost.frameMs = medianMs(drawn) - medianMs(kept);
-        draw.cost.changedPixels = 0;
-        out.parts.push_back(std::move(draw));
+        const size_t count = _plan.views.size();
+        return addFlipped(
+            count > 1 ? "views beside the first" : "a second view like the first", count > 1,
+            fmt::format("{} in the settings", count), [count](Plan& plan) {
+                if (count > 1) {
+                    plan.views.resize(1);
+                    plan.renderer.furtherPictures.clear();
+                } else {
+                    plan.views.push_back(plan.views.front());
+                    plan.renderer.furtherPictures.push_back({plan.renderer.widthPx, plan.renderer.heightPx});
+                }
+            });
+    }
 
+    void addRedraw()
+    {
+        PartCost cost;
+        cost.frameMs = leastMsMore([&] { _scene->frame(false); }, [&] { _scene->frame(true); });
+        cost.changedPixels = 0;
+        add("drawing what did not change", !_settings.output.skipIdentical,
+            fmt::format("output.skip_identical is {}", _settings.output.skipIdentical), cost);
+    }
+
+    void addDepth()
+    {
         const config::View view = config::viewsOf(_settings).front();
-        const auto pixels = static_cast<size_t>(view.width * view.height);
-        Part depth{"depth plane", view.depth, fmt::format("output.depth is {}", view.depth), {}};
+        std::string why = fmt::format("output.depth is {}", view.depth);
+        PartCost cost;
         if (_context.info().readDepth) {
-            std::vector<float> plane(pixels);
-            std::vector<int64_t> times;
-            for (int i = 0; i < kFrames; ++i) {
-                _scene->frame(false, stats);
-                const int64_t start = steadyNs();
-                _scene->renderer().readDepth(plane);
-                times.push_back(steadyNs() - start);
-            }
-            depth.cost.frameMs = medianMs(times);
-            depth.cost.bytes = static_cast<int64_t>(plane.size() * sizeof(plane[0]));
+            std::vector<float> plane(static_cast<size_t>(view.width * view.height));
+            cost.frameMs = leastMs([&] { _scene->renderer().readDepth(plane); });
+            cost.bytes = static_cast<int64_t>(plane.size() * sizeof(plane[0]));
         } else {
-            depth.why += "; this driver cannot read depth";
+            why += "; this driver cannot read depth";
         }
-        out.parts.push_back(std::move(depth));
-
-        const bool timeControl = _settings.terrain.frameTimeMs > 0;
-        Part control{"control by frame time",
-                     timeControl,
-                     timeControl ? fmt::format("terrain.frame_time_ms is {:g}", _settings.terrain.frameTimeMs)
-                                 : "terrain.frame_time_ms is 0",
-                     {}};
-        FrameTimeControl steering({10.0, 512, 24'000}, _scene->terrain().info().shape.ellipsoid);
-        std::vector<int64_t> times;
-        for (int i = 0; i < kFrames; ++i) {
-            const int64_t start = steadyNs();
-            (void)steering.budgetFor(_scene->from());
-            steering.look(_scene->from(), _scene->picture());
-            steering.observe(stats);
-            times.push_back(steadyNs() - start);
-        }
-        control.cost.frameMs = medianMs(times);
-        out.parts.push_back(std::move(control));
+        add("depth plane", view.depth, std::move(why), cost);
     }
 
-    void services(Explanation& out)
+    void addTimeControl()
     {
-        const auto& output = _settings.output;
-        Part sinks{"sinks",
-                   !output.sinks.empty(),
-                   output.sinks.empty() ? "output.sinks is empty"
-                                        : fmt::format("{} named", output.sinks.size()),
-                   {}};
+        const FrameStats stats = _scene->frame(false);
+        FrameTimeControl steering({10.0, 512, 24'000}, _scene->terrain().info().shape.ellipsoid);
+        PartCost cost;
+        cost.frameMs = leastMs([&] {
+            (void)steering.budgetFor(_plan.views.front().idle);
+            steering.look(_plan.views.front().idle, _scene->picture());
+            steering.observe(stats);
+        });
+        add("control by frame time", _settings.terrain.frameTimeMs > 0,
+            fmt::format("terrain.frame_time_ms is {:g}", _settings.terrain.frameTimeMs), cost);
+    }
+
+    struct HostLinkCost {
+        PartCost held;
+        double frameMs = 0;
+    };
+
+    // Of a link with nobody at the other end.
+    HostLinkCost hostLinkCost(const char* listen)
+    {
+        config::Settings settings = _settings;
+        settings.host.listen = listen;
+        settings.host.record.clear();
+        HostLinkCost cost;
+        std::optional<HostLink> link;
+        cost.held = costOf([&] {
+            if (auto opened = HostLink::open(settings, _log)) {
+                link.emplace(*std::move(opened));
+            }
+            return link.has_value();
+        });
+        if (link) {
+            scene::World world(_scene->terrain().info().shape.ellipsoid, {});
+            cost.frameMs = leastMs([&] {
+                const double nowS = static_cast<double>(steadyNs()) * kSecondsPerNs;
+                link->receive(world, nowS);
+                link->answerQueries(world, nowS);
+                link->answer(nowS);
+            });
+        }
+        return cost;
+    }
+
+    void addHost()
+    {
+        const HostLinkCost without = hostLinkCost("");
+        const HostLinkCost with = hostLinkCost("127.0.0.1:0");
+        PartCost cost = with.held;
+        if (with.held.threads) { // the port could be opened
+            cost.frameMs = with.frameMs - without.frameMs;
+            *cost.threads -= without.held.threads.value_or(0);
+            if (cost.bytes) {
+                *cost.bytes -= without.held.bytes.value_or(0);
+            }
+        }
+        add("host: socket, datagrams, answers", !_settings.host.listen.empty(),
+            _settings.host.listen.empty() ? "host.listen is empty"
+                                          : "host.listen is " + _settings.host.listen,
+            cost);
+    }
+
+    // Of the first question, until it is answered from the finest posts.
+    void addQueries()
+    {
+        const lod::TerrainShape& shape = _scene->terrain().info().shape;
+        PartCost cost;
+        if (auto query = data::HeightQuery::create(_scene->terrain().dataset())) {
+            cost = costOf([&] {
+                Ground ground;
+                while ((*query)->groundAt(shape.northRad - 0.4 * shape.rows * shape.latitudeStepRad,
+                                          shape.westRad + 0.4 * shape.cols * shape.longitudeStepRad,
+                                          ground) == Known::notYet) {
+                    sleepUntil(steadyNs() + 1'000'000);
+                }
+                return true;
+            });
+        }
+        add("height queries: thread, pages", false, "begin with the first question", cost);
+    }
+
+    void addSinks()
+    {
+        size_t named = 0;
+        for (const config::View& view : config::viewsOf(_settings)) {
+            named += view.sinks.size();
+        }
+        std::string why = fmt::format("{} named in the settings", named);
         std::error_code error;
         std::string folder =
             (std::filesystem::temp_directory_path(error) / "eyepoint-explain-XXXXXX").string();
-        if (output.sinks.empty() && mkdtemp(folder.data()) != nullptr) {
+        PartCost cost;
+        if (mkdtemp(folder.data()) != nullptr) {
             out::SinkFormat format;
             format.widthPx = _plan.renderer.widthPx;
             format.heightPx = _plan.renderer.heightPx;
             format.clockNs = steadyNs;
-            sinks.cost.threads = threadsOf([&] { return out::makeSink("png:" + folder, format); });
+            cost = costOf([&] { return out::makeSink("png:" + folder, format); });
+            why += cost.threads ? "; measured: one of png" : "; png is not built in";
             std::filesystem::remove_all(folder, error);
         }
-        out.parts.push_back(std::move(sinks));
-        Part metrics{"metrics listener",
-                     !output.metrics.empty(),
-                     output.metrics.empty() ? "output.metrics is empty" : "output.metrics is set",
-                     {}};
-        metrics.cost.threads = threadsOf([] { return MetricsServer::start("127.0.0.1:0", {}); });
-        out.parts.push_back(std::move(metrics));
-        Part queries{"thread of height queries", false, "starts with the first query", {}};
-        queries.cost.threads =
-            threadsOf([&] { return data::HeightQuery::create(_scene->terrain().dataset()); });
-        out.parts.push_back(std::move(queries));
+        add("sinks", named > 0, std::move(why), cost);
     }
 
-    void tiles(Explanation& out)
+    void addMetrics()
+    {
+        add("metrics listener", !_settings.output.metrics.empty(),
+            _settings.output.metrics.empty() ? "output.metrics is empty"
+                                             : "output.metrics is " + _settings.output.metrics,
+            costOf([] { return MetricsServer::start("127.0.0.1:0", {}); }));
+    }
+
+    void addLog()
+    {
+        // What a run that goes well has to say is information.
+        const bool used = _settings.log.level == "debug" || _settings.log.level == "info";
+        add("log thread", used,
+            "log.level is " + _settings.log.level + (used ? "" : "; begins with the first line"), costOf([] {
+                auto writer = std::make_unique<LogWriter>([](const LogEntry&) {});
+                writer->offer({});
+                return writer;
+            }));
+    }
+
+    void countTiles()
     {
         // From scratch: a view that has been selected is not visited again.
-        const auto selector =
-            lod::makeSelector(_scene->terrain().info().shape, _scene->terrain().dataset().pages(),
-                              _plan.terrain.pageSlots, _plan.terrain.selection);
         TerrainResidency& terrain = _scene->terrain();
+        const Plan::View& view = _plan.views.front();
+        const auto selector = lod::makeSelector(terrain.info().shape, terrain.dataset().pages(),
+                                                _plan.terrain.pageSlots, view.selection);
         const uint32_t number = terrain.attach(*selector);
         lod::DrawList list;
-        selector->select(_scene->from(), list);
+        selector->select(view.idle, list);
         terrain.detach(number);
-        out.tiles = static_cast<uint32_t>(terrain.dataset().pages().size());
-        out.tilesVisited = list.stats.tilesVisited;
-    }
-
-private:
-    static void loader(Explanation& out, Scene& scene, int threads)
-    {
-        const size_t pages = scene.terrain().dataset().pages().size();
-        const bool allFit = scene.terrain().pageSlots() >= pages;
-        Part loader{"loading of pages in flight",
-                    !allFit,
-                    fmt::format("{} pages, {} slots{}", pages, scene.terrain().pageSlots(),
-                                allFit ? "; its threads end when all are there" : ""),
-                    {}};
-        loader.cost.threads = threads;
-        out.parts.push_back(std::move(loader));
-    }
-
-    // With the part less without it, frames in turn.
-    Result<PartCost> compare(const Plan& plan, bool planned)
-    {
-        auto other = Scene::make(_context, _settings, plan, _log);
-        if (!other) {
-            return Unexpected{other.error()};
-        }
-        FrameStats stats;
-        std::vector<int64_t> mine, theirs;
-        for (int i = 0; i < kFrames; ++i) {
-            mine.push_back(_scene->frame(false, stats));
-            theirs.push_back((*other)->frame(false, stats));
-        }
-        const double sign = planned ? 1 : -1;
-        PartCost cost;
-        cost.frameMs = sign * (medianMs(mine) - medianMs(theirs));
-        cost.bytes = static_cast<int64_t>(sign) * (static_cast<int64_t>(_scene->renderer().gpuBytes()) -
-                                                   static_cast<int64_t>((*other)->renderer().gpuBytes()));
-        cost.changedPixels = changedPixels(_scene->picture(), (*other)->picture());
-        return cost;
+        _out.tiles = static_cast<uint32_t>(terrain.dataset().pages().size());
+        _out.tilesVisited = list.stats.tilesVisited;
     }
 
     const gl::Context& _context;
@@ -334,6 +533,7 @@ private:
     Plan _plan;
     LogSink& _log;
     std::unique_ptr<Scene> _scene; // as planned
+    Explanation _out;
 };
 
 } // namespace
@@ -350,53 +550,7 @@ Result<Explanation> explain(const config::Settings& settings, LogSink& log)
     if (!dataset) {
         return Unexpected{dataset.error()};
     }
-    Explainer explainer(*context, settings, ImageGenerator::plan(settings, *dataset), log);
-    Explanation out;
-    out.target = context->info().renderer + " / " + context->info().version;
-    if (auto done = explainer.renderer(out); !done) {
-        return Unexpected{done.error()};
-    }
-    explainer.frame(out);
-    explainer.services(out);
-    explainer.tiles(out);
-    return out;
-}
-
-std::string Explanation::table() const
-{
-    std::string text = fmt::format("{:<38} {:<9} {:>9} {:>11} {:>8} {:>8}  {}\n", "part", "", "ms/frame",
-                                   "bytes", "threads", "pixels", "why");
-    const auto cell = [](const auto& value, const char* format) {
-        return value ? fmt::format(fmt::runtime(format), *value) : std::string("-");
-    };
-    for (const Part& part : parts) {
-        text += fmt::format("{:<38} {:<9} {:>9} {:>11} {:>8} {:>8}  {}\n", part.name,
-                            part.used ? "used" : "left out", cell(part.cost.frameMs, "{:+.3f}"),
-                            cell(part.cost.bytes, "{:+}"), cell(part.cost.threads, "{:+}"),
-                            cell(part.cost.changedPixels, "{}"), part.why);
-    }
-    return text +
-           fmt::format("with the part less without it, first view, medians of {} frames; pixels: that it "
-                       "changes\nthe first view looks at {} tiles; the dataset has {} pages\n{}\n",
-                       kFrames, tilesVisited, tiles, target);
-}
-
-std::string Explanation::json() const
-{
-    using Json = nlohmann::ordered_json;
-    const auto number = [](const auto& value) { return value ? Json(*value) : Json(nullptr); };
-    Json list = Json::array();
-    for (const Part& part : parts) {
-        list.push_back({{"part", part.name},
-                        {"used", part.used},
-                        {"why", part.why},
-                        {"frame_ms", number(part.cost.frameMs)},
-                        {"bytes", number(part.cost.bytes)},
-                        {"threads", number(part.cost.threads)},
-                        {"changed_pixels", number(part.cost.changedPixels)}});
-    }
-    const Json json{{"target", target}, {"pages", tiles}, {"tiles_visited", tilesVisited}, {"parts", list}};
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return Explainer(*context, settings, ImageGenerator::plan(settings, *dataset), log).explain();
 }
 
 } // namespace ig::app

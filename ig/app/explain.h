@@ -17,8 +17,9 @@ namespace ig::app {
 
 // With the part less without it; what was not measured is absent.
 struct PartCost {
-    std::optional<double> frameMs;
-    std::optional<int64_t> bytes;
+    std::optional<double> frameMs; // of a frame
+    std::optional<double> pageMs;  // of making a page, off the frame's thread
+    std::optional<int64_t> bytes;  // with the renderer, or of the heap where it has no part in it
     std::optional<int> threads;
     std::optional<size_t> changedPixels; // of the first view
 };
@@ -27,7 +28,7 @@ struct Part {
     std::string name;
     bool used = false;
     std::string why;
-    PartCost cost;
+    PartCost cost = {};
 };
 
 struct Explanation {

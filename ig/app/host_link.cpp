@@ -36,13 +36,21 @@ Result<HostLink> HostLink::withoutSocket(const config::Settings& settings, LogSi
 
 Result<HostLink> HostLink::open(const config::Settings& settings, LogSink& log)
 {
-    const auto local = hostif::parseAddress(settings.host.listen);
-    if (!local) {
-        return inKey("host.listen", local.error());
-    }
     auto link = withoutSocket(settings, log);
     if (!link) {
         return link;
+    }
+    link->_replays = false;
+    if (settings.host.listen.empty()) {
+        if (!settings.host.record.empty()) {
+            return fail(ErrorKind::usage,
+                        "host.record: nothing arrives where host.listen is empty; clear one of them");
+        }
+        return link;
+    }
+    const auto local = hostif::parseAddress(settings.host.listen);
+    if (!local) {
+        return inKey("host.listen", local.error());
     }
     auto socket = hostif::UdpSocket::open(*local);
     if (!socket) {
@@ -125,7 +133,7 @@ void HostLink::takeOneMessage(double nowS)
 void HostLink::receive(scene::World& world, double nowS)
 {
     if (!_socket) {
-        // Everything was fed.
+        // Everything was fed, or there is no host.
     } else if (_timing == Timing::lockstep) {
         takeOneMessage(nowS);
     } else {
@@ -157,7 +165,7 @@ void HostLink::receive(scene::World& world, double nowS)
 void HostLink::guard(double nowS)
 {
     if (!_socket) {
-        return; // everything is fed
+        return;
     }
     _socket->countDrops();
     const uint64_t allForeign =
@@ -222,6 +230,9 @@ void HostLink::answerQueries(const scene::World& world, double displayS)
 
 void HostLink::answer(double nowS)
 {
+    if (!_socket && !_replays) {
+        return; // no host
+    }
     const auto bytes = _session.startOfFrame(nowS);
     const auto to = _session.replyTo();
     if (_socket && to) {

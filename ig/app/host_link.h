@@ -35,9 +35,9 @@ class HostLink {
 public:
     static constexpr int kDatagramsPerFrame = 4096;
 
-    // Binds the socket and begins the recording that settings.host.record names. Errors: as
-    // hostif::parseAddress, hostif::UdpSocket::open and hostif::Recorder::open, naming the config key. log
-    // must outlive the link.
+    // Binds the socket and begins the recording that settings.host.record names; with no address to listen on
+    // there is no host, ever, and neither. Errors: as hostif::parseAddress, hostif::UdpSocket::open and
+    // hostif::Recorder::open, naming the config key; a recording without a host. log must outlive the link.
     static Result<HostLink> open(const config::Settings& settings, LogSink& log);
     // For replay. Errors: of host.peer.
     static Result<HostLink> withoutSocket(const config::Settings& settings, LogSink& log);
@@ -45,7 +45,7 @@ public:
     // Replay: what the next receive() would have found on the socket. arrivalS: of the recording, does not go
     // back. True when the session has accepted it as a message of the host, which makes a frame.
     bool feed(std::span<const std::byte> bytes, const hostif::Address& sender, double arrivalS);
-    bool replays() const noexcept { return !_socket; }
+    bool replays() const noexcept { return _replays; }
 
     // The terrain can be drawn from now on.
     void terrainLoaded() noexcept { _session.setDatabaseState(hostif::DatabaseState::loaded); }
@@ -73,7 +73,7 @@ public:
     uint64_t refusedByWorld() const noexcept { return _refused; }
     // Frames in which the kernel dropped what was not the host's.
     uint64_t shieldedFrames() const noexcept { return _shieldedFrames; }
-    // Of the socket.
+    // Of the socket; unspecified without one.
     hostif::Address local() const noexcept;
     // Stores what is recorded so far and ends the recording.
     void finishRecording();
@@ -93,7 +93,8 @@ private:
     void warnOnce(bool& noted, const char* line);
     void noteUnsupported(const hostif::SessionEvent& event);
 
-    std::optional<hostif::UdpSocket> _socket;    // nothing in replay
+    bool _replays = true;
+    std::optional<hostif::UdpSocket> _socket;    // nothing in replay and without a host
     std::unique_ptr<hostif::Recorder> _recorder; // null: nothing is recorded
     hostif::Session _session;
     LogSink* _log;

@@ -170,7 +170,10 @@ Plan ImageGenerator::plan(const config::Settings& settings, const data::Dataset&
     Plan plan;
     plan.renderer = rendererSettings(settings, dataset);
     plan.terrain = terrainSettings(settings, dataset.pages().size());
-    plan.firstView = idleView(dataset.info(), settings, config::viewsOf(settings).front());
+    plan.setShading(plan.terrain.shading, dataset.info());
+    for (const config::View& view : config::viewsOf(settings)) {
+        plan.views.push_back({idleView(dataset.info(), settings, view), selectionSettings(settings, view)});
+    }
     return plan;
 }
 
@@ -383,10 +386,14 @@ std::string ImageGenerator::description() const
         views += "; view " + std::to_string(view.id) + ", " + std::to_string(view.width) + " x " +
                  std::to_string(view.height);
     }
-    return "listening on " + hostif::toString(_host.local()) + " for " +
-           (_settings.host.protocol == "auto" ? "CIGI 3, CIGI 4 or FGNetFDM" : _settings.host.protocol) +
-           "; terrain " + std::to_string(terrain.shape.cols) + " x " + std::to_string(terrain.shape.rows) +
-           " posts" + views + "; " + _context.info().renderer + " (" + _context.info().platform + ")";
+    const std::string host = _settings.host.listen.empty()
+                                 ? "no host"
+                                 : "listening on " + hostif::toString(_host.local()) + " for " +
+                                       (_settings.host.protocol == "auto" ? "CIGI 3, CIGI 4 or FGNetFDM"
+                                                                          : _settings.host.protocol);
+    return host + "; terrain " + std::to_string(terrain.shape.cols) + " x " +
+           std::to_string(terrain.shape.rows) + " posts" + views + "; " + _context.info().renderer + " (" +
+           _context.info().platform + ")";
 }
 
 } // namespace ig::app

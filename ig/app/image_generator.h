@@ -43,7 +43,7 @@ public:
     static Result<std::unique_ptr<ImageGenerator>> createForReplay(const config::Settings& settings,
                                                                    LogSink& log);
 
-    // What create() makes of a dataset; of several views the first.
+    // What create() makes of a dataset.
     static Plan plan(const config::Settings& settings, const data::Dataset& dataset);
 
     // Makes the frames of one slot of the schedule: one of each view whose turn it is, in the order of the

@@ -7,14 +7,29 @@
 #include "ig/geo/view_state.h"
 #include "ig/gl/renderer.h"
 
+#include <vector>
+
 namespace ig::app {
 
 struct Plan {
+    struct View {
+        ViewState idle; // until the host says where the ownship is
+        lod::SelectionSettings selection;
+    };
+
     // Programs, attributes and textures: haze with a visibility, the variant for holes where the dataset has
-    // some, what moves vertices where the method does, hardly more slots than there are pages.
+    // some, what moves vertices where they are to move, textures where colours differ, no more slots than
+    // there are pages.
     gl::RendererSettings renderer;
     TerrainSettings terrain;
-    ViewState firstView; // until the host says where the ownship is; of several views the first
+    std::vector<View> views; // in the order of the settings, at least one
+
+    void setShading(const data::ShadingSettings& shading, const data::DatasetInfo& dataset)
+    {
+        terrain.shading = shading;
+        renderer.colour = data::uniformTexel(dataset, shading);
+        terrain.texels = !renderer.colour;
+    }
 };
 
 } // namespace ig::app

@@ -20,8 +20,8 @@ constexpr size_t kRemainingAtOnce = 32;
 
 gl::Morph rendererMorph(lod::Method method, bool morph) noexcept
 {
-    const gl::Morph tiles = morph ? gl::Morph::tiles : gl::Morph::none;
-    return method == lod::Method::geomip ? tiles : gl::Morph::lists;
+    const gl::Morph moved = method == lod::Method::geomip ? gl::Morph::tiles : gl::Morph::lists;
+    return morph ? moved : gl::Morph::none;
 }
 
 uint64_t residentPageBytes(gl::Morph morph) noexcept
@@ -45,6 +45,7 @@ TerrainResidency::TerrainResidency(data::Dataset dataset, const TerrainSettings&
       _loader(
           source != nullptr ? *source : _dataset, _dataset.info(), _dataset.pages(),
           {.shading = settings.shading,
+           .texels = settings.texels,
            .morph = rendererMorph(settings.selection.method, settings.selection.morph) != gl::Morph::none})
 {
     // Room for any page now, so that loading never allocates.

@@ -32,13 +32,14 @@ namespace ig::app {
 struct TerrainSettings {
     lod::SelectionSettings selection; // of a view; method and morph are the same for all
     data::ShadingSettings shading;
+    bool texels = true;       // off: the renderer has one colour for all ground
     uint32_t pageSlots = 512; // see pageSlotsFor
     uint32_t pageLoadsPerFrame = 8;
     bool waitForPages = false;
     bool prefetch = true; // off: pages come when a picture lacks them
 };
 
-// What the renderer needs for a method; morph: whether tiles do.
+// What the renderer needs for a method; morph: whether anything moves.
 gl::Morph rendererMorph(lod::Method method, bool morph) noexcept;
 
 // Memory of one resident page: with the renderer, in heights, and in the selector of one view.

@@ -205,7 +205,11 @@ void PageLoader::load(Job& job) const
         return;
     }
     const lod::PageNode& node = _pages[request.page];
-    buildPageMesh(_dataset, node, out.heights, _settings.shading, out.mesh);
+    if (_settings.texels) {
+        buildPageMesh(_dataset, node, out.heights, _settings.shading, out.mesh);
+    } else {
+        buildPageVertices(_dataset, node, out.heights, out.mesh);
+    }
     if (_settings.morph) {
         addMorph(_dataset, node, out.heights, out.mesh);
     }

@@ -24,6 +24,7 @@ namespace ig::data {
 
 struct PageLoaderSettings {
     ShadingSettings shading;
+    bool texels = true;    // fill PageMesh::texel
     bool morph = true;     // fill PageMesh::morph
     uint32_t threads = 2;  // at least 1
     uint32_t buffers = 16; // pages being read, or finished and not taken yet; at least 1

@@ -19,14 +19,26 @@ namespace {
 
 constexpr int kSide = lod::kPagePosts;
 
+// Of a cell, for its colour.
+float meanHeightM(const DatasetInfo& dataset, int cornerSum)
+{
+    return static_cast<float>(cornerSum) * 0.25F * static_cast<float>(dataset.heightScaleM) +
+           static_cast<float>(dataset.heightOffsetM);
+}
+
 double heightM(const DatasetInfo& dataset, int16_t value)
 {
     return value * dataset.heightScaleM + dataset.heightOffsetM;
 }
 
+// And empties the rest.
 void placeVertices(const DatasetInfo& dataset, const PageHeights& heights, const PageFrame& frame,
                    PageMesh& mesh)
 {
+    assert(heights.post.size() == size_t{kSide} * kSide);
+    mesh.vertex.resize(size_t{kSide} * kSide);
+    mesh.texel.clear();
+    mesh.morph.clear();
     size_t at = 0;
     for (size_t j = 0; j < kSide; ++j)
         for (size_t i = 0; i < kSide; ++i, ++at)
@@ -59,6 +71,13 @@ struct Light {
     glm::vec3 towardsSun; // east, north, up
     glm::vec3 sun;
     glm::vec3 sky;
+
+    bool isDay() const noexcept { return sun != glm::vec3(0.0F); }
+    bool isDark() const noexcept { return !isDay() && sky == glm::vec3(0.0F); }
+    glm::vec3 on(const glm::vec3& normal) const noexcept
+    {
+        return isDay() ? sky + sun * std::max(0.0F, glm::dot(normal, towardsSun)) : sky;
+    }
 };
 Light lightOf(const ShadingSettings& shading)
 {
@@ -95,7 +114,6 @@ void bakeTexels(const DatasetInfo& dataset, const PageHeights& heights, const Sh
     const TintTable tint(dataset, shading.tint);
     const Light light = lightOf(shading);
     const auto scale = static_cast<float>(dataset.heightScaleM);
-    const auto offset = static_cast<float>(dataset.heightOffsetM);
     for (size_t j = 0; j < kPageTexels; ++j) {
         const CellSize size = cellSize(dataset.shape, frame, j);
         const double depthM = size.perRowM * (frame.gridRow[j + 1] - frame.gridRow[j]);
@@ -108,11 +126,9 @@ void bakeTexels(const DatasetInfo& dataset, const PageHeights& heights, const Sh
             const glm::vec3 slope(-static_cast<float>(ne + se - nw - sw) * eastward,
                                   -static_cast<float>(nw + ne - sw - se) * northward, 1.0F);
             const glm::vec3 normal = slope / std::sqrt(glm::dot(slope, slope));
-            const float heightM = static_cast<float>(nw + ne + sw + se) * 0.25F * scale + offset;
+            const float heightM = meanHeightM(dataset, nw + ne + sw + se);
             const bool flat = nw == ne && nw == sw && nw == se;
-            const float lambert = std::max(0.0F, glm::dot(normal, light.towardsSun));
-            mesh.texel[j * kPageTexels + i] =
-                packed(tint.colour(heightM, normal.z, flat) * (light.sky + light.sun * lambert));
+            mesh.texel[j * kPageTexels + i] = packed(tint.colour(heightM, normal.z, flat) * light.on(normal));
         }
     }
     for (size_t i = 0; i < heights.hole.size(); ++i)
@@ -125,13 +141,29 @@ void bakeTexels(const DatasetInfo& dataset, const PageHeights& heights, const Sh
 void buildPageMesh(const DatasetInfo& dataset, const lod::PageNode& page, const PageHeights& heights,
                    const ShadingSettings& shading, PageMesh& mesh)
 {
-    assert(heights.post.size() == size_t{kSide} * kSide);
-    mesh.vertex.resize(size_t{kSide} * kSide);
-    mesh.texel.resize(size_t{kPageTexels} * kPageTexels);
-    mesh.morph.clear();
     const PageFrame frame(dataset.shape, page);
     placeVertices(dataset, heights, frame, mesh);
+    mesh.texel.resize(size_t{kPageTexels} * kPageTexels);
     bakeTexels(dataset, heights, shading, frame, mesh);
+}
+
+void buildPageVertices(const DatasetInfo& dataset, const lod::PageNode& page, const PageHeights& heights,
+                       PageMesh& mesh)
+{
+    placeVertices(dataset, heights, PageFrame(dataset.shape, page), mesh);
+}
+
+std::optional<uint32_t> uniformTexel(const DatasetInfo& dataset, const ShadingSettings& shading)
+{
+    const Light light = lightOf(shading);
+    const bool level = dataset.minHeightM == dataset.maxHeightM;
+    if (dataset.hasHoles || !(level || light.isDark())) {
+        return std::nullopt;
+    }
+    const glm::vec3 up(0.0F, 0.0F, 1.0F);
+    const double post = std::round((dataset.minHeightM - dataset.heightOffsetM) / dataset.heightScaleM);
+    const float heightM = meanHeightM(dataset, 4 * static_cast<int>(std::clamp(post, -32'768.0, 32'767.0)));
+    return packed(TintTable(dataset, shading.tint).colour(heightM, up.z, true) * light.on(up));
 }
 
 void addMorph(const DatasetInfo& dataset, const lod::PageNode& page, const PageHeights& heights,

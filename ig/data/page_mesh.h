@@ -7,6 +7,7 @@
 #include "ig/data/dataset.h"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace ig::data {
@@ -38,14 +39,23 @@ struct PageMesh {
     // a shared border post has the same bits in every page that has it, and the renderer keeps it so, because
     // two roundings of one post open a crack between pages.
     std::vector<EcefPos> vertex;
-    std::vector<uint32_t>
-        texel; // kPageTexels^2, RGBA8 in memory order, row 0 in the north; alpha 0 is a hole
+    // kPageTexels^2, RGBA8 in memory order, row 0 in the north; alpha 0 is a hole. Empty where it is left
+    // out.
+    std::vector<uint32_t> texel;
     std::vector<VertexMorph> morph; // as vertex; empty until addMorph
 };
 
 // Fills vertices and texels of mesh (resized on first use, then reused).
 void buildPageMesh(const DatasetInfo& dataset, const lod::PageNode& page, const PageHeights& heights,
                    const ShadingSettings& shading, PageMesh& mesh);
+
+// The same without texels, for a renderer that has one colour for all pages.
+void buildPageVertices(const DatasetInfo& dataset, const lod::PageNode& page, const PageHeights& heights,
+                       PageMesh& mesh);
+
+// What all texels of all pages would be, where they would be alike: on level ground (a flat sea), and where
+// nothing gives light (night without ambient light). Nothing elsewhere, and where there are holes.
+std::optional<uint32_t> uniformTexel(const DatasetInfo& dataset, const ShadingSettings& shading);
 
 // Fills mesh.morph, for a renderer that morphs. The mesh has the vertices of this page. Tiles need neither
 // codes (left empty) nor corner ends of the heights: the corners of a page are even vertices of all its

@@ -24,7 +24,7 @@ public:
     uint64_t upload(uint32_t slot, const data::PageMesh& mesh) override
     {
         _store.upload(slot, mesh);
-        return pageBytes(_store.morph());
+        return _store.bytesPerPage();
     }
 
     void setPicture(size_t picture) override
@@ -102,7 +102,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Context& context, const
             return Unexpected{target.error()};
         targets.push_back(*std::move(target));
     }
-    Result<PageStore> store = PageStore::create(settings.pageSlots, settings.morph);
+    Result<PageStore> store = PageStore::create(settings.pageSlots, settings.morph, settings.colour);
     if (!store)
         return Unexpected{store.error()};
     Result<TerrainPass> terrain = TerrainPass::create(context, *store, settings);

@@ -86,7 +86,7 @@ void halve(std::vector<uint32_t>& texels, size_t size)
 
 } // namespace
 
-Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph)
+Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph, std::optional<uint32_t> colour)
 {
     static_assert(std::endian::native == std::endian::little, "texels are taken apart as words");
     // A base vertex is a signed 32-bit number.
@@ -102,7 +102,8 @@ Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph)
     store._slotsPerArray = std::min(pageSlots, static_cast<uint32_t>(maxLayers));
     store._morph = morph;
     store._packed.resize(kPageVertices);
-    store._mip.resize(data::kPageTexels * data::kPageTexels);
+    store._textured = !colour;
+    store._mip.resize(store._textured ? data::kPageTexels * data::kPageTexels : 0);
     takeGlErrors();
 
     const auto reserved = [pageSlots](size_t vertexBytes) {
@@ -119,16 +120,24 @@ Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph)
         for (size_t code = 1; code < store._perMetre.size(); ++code)
             store._perMetre[code] = 1.0 / lod::decodeM(static_cast<uint8_t>(code));
     }
-    for (uint32_t first = 0; first < pageSlots; first += store._slotsPerArray) {
+    const auto newArray = [&store](GLsizei mips, GLsizei size, GLsizei layers) {
         store._arrays.push_back(makeTexture());
         glBindTexture(GL_TEXTURE_2D_ARRAY, store._arrays.back().name());
-        glTexStorage3D(GL_TEXTURE_2D_ARRAY, kMips, GL_RGBA8, data::kPageTexels, data::kPageTexels,
-                       static_cast<GLsizei>(std::min(store._slotsPerArray, pageSlots - first)));
+        glTexStorage3D(GL_TEXTURE_2D_ARRAY, mips, GL_RGBA8, size, size, layers);
         // Nearest mip, bilinear: about two thirds of the cost of trilinear in software.
         glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
         glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
         glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
         glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    };
+    if (colour) {
+        store._slotsPerArray = pageSlots; // no slot has a layer
+        newArray(1, 1, 1);
+        glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, 1, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, &*colour);
+    } else {
+        for (uint32_t first = 0; first < pageSlots; first += store._slotsPerArray)
+            newArray(kMips, data::kPageTexels,
+                     static_cast<GLsizei>(std::min(store._slotsPerArray, pageSlots - first)));
     }
     if (const std::string errors = takeGlErrors(); !errors.empty())
         return fail(ErrorKind::graphics,
@@ -141,7 +150,6 @@ void PageStore::upload(uint32_t slot, const data::PageMesh& mesh)
 {
     assert(slot < _pageSlots);
     assert(mesh.vertex.size() == kPageVertices);
-    assert(mesh.texel.size() == _mip.size());
     const auto replace = [slot](const Buffer& buffer, const auto& packed) {
         const auto bytes = static_cast<GLsizeiptr>(packed.size() * sizeof(packed[0]));
         glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
@@ -153,7 +161,8 @@ void PageStore::upload(uint32_t slot, const data::PageMesh& mesh)
         packMorphs(mesh);
         replace(_morphs, _packedMorph);
     }
-    uploadTexels(slot, mesh);
+    if (_textured)
+        uploadTexels(slot, mesh);
 }
 
 void PageStore::packVertices(const data::PageMesh& mesh)
@@ -185,6 +194,7 @@ void PageStore::packMorphs(const data::PageMesh& mesh)
 
 void PageStore::uploadTexels(uint32_t slot, const data::PageMesh& mesh)
 {
+    assert(mesh.texel.size() == _mip.size());
     bindArray(slot / _slotsPerArray);
     const auto layer = static_cast<GLint>(slot % _slotsPerArray);
     std::copy(mesh.texel.begin(), mesh.texel.end(), _mip.begin());

@@ -25,6 +25,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace ig::gl {
@@ -42,12 +43,12 @@ struct PackedMorph {
 };
 static_assert(sizeof(PackedMorph) == 8);
 
-// What one page takes on the GPU: its vertices, its texels and their mipmaps.
-constexpr uint64_t pageBytes(Morph morph) noexcept
+// What one page takes on the GPU: its vertices and, with textures, its texels and their mipmaps.
+constexpr uint64_t pageBytes(Morph morph, bool textured = true) noexcept
 {
     const uint64_t vertexBytes = sizeof(PackedVertex) + (morph == Morph::none ? 0 : sizeof(PackedMorph));
     uint64_t bytes = vertexBytes * lod::kPagePosts * lod::kPagePosts;
-    for (uint64_t size = data::kPageTexels; size > 0; size /= 2)
+    for (uint64_t size = textured ? data::kPageTexels : 0; size > 0; size /= 2)
         bytes += size * size * sizeof(uint32_t);
     return bytes;
 }
@@ -67,10 +68,11 @@ enum VertexAttribute : GLuint {
 class PageStore {
 public:
     // Error (graphics): more slots than the driver's limits or memory allow.
-    static Result<PageStore> create(uint32_t pageSlots, Morph morph);
+    // colour: see RendererSettings.
+    static Result<PageStore> create(uint32_t pageSlots, Morph morph, std::optional<uint32_t> colour = {});
 
-    // Copies and packs; no allocation. The mesh has all vertices and texels, and morphs if the store does
-    // (asserted).
+    // Copies and packs; no allocation. The mesh has all vertices, texels where there is no one colour,
+    // and morphs if the store does (asserted).
     void upload(uint32_t slot, const data::PageMesh& mesh);
 
     // Enables the attributes that the store has in the bound vertex array.
@@ -83,7 +85,8 @@ public:
     uint32_t slotsPerArray() const noexcept { return _slotsPerArray; }
     void bindArray(uint32_t array) const;
     Morph morph() const noexcept { return _morph; }
-    uint64_t gpuBytes() const noexcept { return _pageSlots * pageBytes(_morph); }
+    uint64_t bytesPerPage() const noexcept { return pageBytes(_morph, _textured); }
+    uint64_t gpuBytes() const noexcept { return _pageSlots * bytesPerPage(); }
 
 private:
     void packVertices(const data::PageMesh& mesh);
@@ -91,10 +94,11 @@ private:
     void uploadTexels(uint32_t slot, const data::PageMesh& mesh);
 
     Buffer _vertices, _morphs;
-    std::vector<Texture> _arrays;
+    std::vector<Texture> _arrays; // of one texel where there is one colour
     uint32_t _pageSlots = 0;
     uint32_t _slotsPerArray = 0;
     Morph _morph = Morph::none;
+    bool _textured = true;
     // Scratch of upload.
     std::vector<PackedVertex> _packed;
     std::vector<PackedMorph> _packedMorph;

@@ -16,6 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -44,9 +45,11 @@ struct RendererSettings {
     // whatever the view says.
     double visibilityM = 0;
     Morph morph = Morph::none;
+    // Of all ground, RGBA8 as in PageMesh::texel: in place of textures, and no texels are needed.
+    std::optional<uint32_t> colour = {};
 };
 
-// Memory that a page slot takes with the renderer.
+// Memory that a page slot takes with the renderer, textures included.
 uint64_t bytesPerPage(Morph morph) noexcept;
 
 // A page slot as the draw list's page number maps to it.

@@ -29,9 +29,11 @@ layout(location = ATTRIBUTE_POST) in vec2 a_post;
 uniform mat4 u_clipFromRelative;
 uniform vec3 u_eyeHigh;
 uniform vec3 u_eyeLow;
+#ifndef UNIFORM_COLOUR
 uniform int u_layer;
 out vec2 v_place;
 flat out float v_layer;
+#endif
 // Keeps a compiler from changing the order of the sums below, and from doing so in one variant only.
 invariant gl_Position;
 #ifdef HAZE
@@ -83,11 +85,13 @@ void main()
     relative += morphed(max(length(relative), u_shortestM));
 #endif
     gl_Position = u_clipFromRelative * vec4(relative, 1.0);
+#ifndef UNIFORM_COLOUR
     v_place = a_post * (1.0 / PAGE_INTERVALS);
 #ifdef SLOT_FROM_VERTEX
     v_layer = float(gl_VertexID / PAGE_VERTICES + u_layer);
 #else
     v_layer = float(u_layer);
+#endif
 #endif
 #ifdef HAZE
     v_distanceM = u_along.w * length(relative) + dot(u_along.xyz, relative);
@@ -98,8 +102,10 @@ void main()
 constexpr const char* kTerrainFragment = R"(
 precision mediump sampler2DArray;
 uniform sampler2DArray u_pages;
+#ifndef UNIFORM_COLOUR
 in vec2 v_place;
 flat in float v_layer;
+#endif
 #ifdef HAZE
 uniform float u_hazePerM;
 in float v_distanceM;
@@ -110,7 +116,12 @@ uniform vec3 u_depth;
 layout(location = 0) out vec4 o_colour;
 void main()
 {
+#ifdef UNIFORM_COLOUR
+    // Through the sampler, whose precision is its own: the same colour to the last bit as that of textures.
+    vec4 texel = texture(u_pages, vec3(0.5, 0.5, 0.0));
+#else
     vec4 texel = texture(u_pages, vec3(v_place, v_layer));
+#endif
 #ifdef HOLES
     if (texel.a < 0.5)
         discard;
@@ -187,6 +198,7 @@ ShaderPair terrainShaders(const TerrainVariant& variant)
     };
     define(variant.haze, "HAZE");
     define(variant.holes, "HOLES");
+    define(variant.uniformColour, "UNIFORM_COLOUR");
     define(variant.fragmentDepth, "FRAGMENT_DEPTH");
     define(variant.slotFromVertex, "SLOT_FROM_VERTEX");
     define(variant.morph == Morph::lists, "MORPH_LISTS");

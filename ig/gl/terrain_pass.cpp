@@ -52,6 +52,7 @@ Result<TerrainPass> TerrainPass::create(const Context& context, const PageStore&
     TerrainVariant variant;
     variant.haze = settings.visibilityM > 0;
     variant.holes = settings.holes;
+    variant.uniformColour = settings.colour.has_value();
     variant.morph = settings.morph;
     variant.fragmentDepth = !context.info().clipControl;
     variant.slotFromVertex = context.info().baseVertex;
@@ -242,14 +243,15 @@ void TerrainPass::add(const PageStore& store, int32_t slot, uint32_t post, const
         drawBatch();
         store.bindArray(array);
         _boundArray = array;
-        if (baseVertex) // of the array, from the slot that the vertex number gives
+        if (baseVertex && _layer >= 0) // of the array, from the slot that the vertex number gives
             glUniform1i(_layer, -static_cast<GLint>(array * store.slotsPerArray()));
     }
     const uint32_t vertex = number * kPageVertices + post;
     const auto* offset = reinterpret_cast<const void*>(range.first * sizeof(uint16_t));
     if (!baseVertex) {
         store.pointAttributes(vertex);
-        glUniform1i(_layer, static_cast<GLint>(number % store.slotsPerArray()));
+        if (_layer >= 0)
+            glUniform1i(_layer, static_cast<GLint>(number % store.slotsPerArray()));
         glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(range.count), GL_UNSIGNED_SHORT, offset);
     } else {
         if (_batch.size == Batch::kCapacity)

@@ -24,7 +24,7 @@ struct SelectionSettings {
     Method method = Method::hybrid;
     uint32_t triangleBudget = 24'000; // the largest that will be asked for; at least smallestBudget()
     float tolerancePx = 1.0F;         // what is finer is not drawn; >= 0
-    bool morph = true;                // geomip: tiles come and go without a step; the others always morph
+    bool morph = true;                // tiles of geomip come and go without a step
     bool liveRanges = true;           // off: bintree and hybrid evaluate everything in each frame
 };
 

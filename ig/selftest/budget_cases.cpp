@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace ig::selftest {
 
@@ -46,7 +47,8 @@ void limits(Bench& bench, const Ground& ground)
     }
     for (const auto& [name, tolerancePx] :
          {std::pair<const char*, float>{"a million, tolerance 0", 0.0F},
-          std::pair<const char*, float>{"a million, tolerance 1e30", 1e30F}}) {
+          std::pair<const char*, float>{"a million, tolerance infinite",
+                                        std::numeric_limits<float>::infinity()}}) {
         for (const lod::Method method : {lod::Method::hybrid, lod::Method::bintree}) {
             Findings findings;
             settle(ground, view, {.method = method, .triangleBudget = 1'000'000, .tolerancePx = tolerancePx},
@@ -74,6 +76,8 @@ void refusals(Report& report)
           std::pair<const char*, const char*>{"terrain.smallest_triangle_budget=511", "512"},
           std::pair<const char*, const char*>{"terrain.tolerance_px=-0.001", "0"},
           std::pair<const char*, const char*>{"terrain.tolerance_px=nan", "0"},
+          std::pair<const char*, const char*>{"terrain.tolerance_px=inf", "1000"},
+          std::pair<const char*, const char*>{"view.fov_horizontal_deg=0.0009", "0.001"},
           std::pair<const char*, const char*>{"view.fov_horizontal_deg=179.1", "179"},
           std::pair<const char*, const char*>{"view.width=16385", "16384"}}) {
         config::Settings settings;

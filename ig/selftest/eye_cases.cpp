@@ -84,6 +84,9 @@ std::vector<Case> casesRound(const Ground& globe)
     far.nearM = 0.01;
     std::vector<Case> cases;
     cases.push_back({"near plane of 1 cm, terrain to 1,000 km", viewOf(globe, far)});
+    ViewState cut = cases.front().view;
+    cut.frustum.farM = 1'000e3;
+    cases.push_back({"near plane of 1 cm, far plane of 1,000 km", cut});
     const double polarM = globe.shape().ellipsoid.semiMajorM * (1 - globe.shape().ellipsoid.flattening);
     for (const double side : {1.0, -1.0}) {
         ViewState view = cases.front().view;

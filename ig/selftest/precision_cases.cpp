@@ -105,6 +105,10 @@ void edges(Report& report, Screen& screen)
         }
         report.atMost(kArea, std::string("edges, 2 m to 500 km, ") + place.name, "from double arithmetic",
                       "px", 0.05, worst);
+        // Nearer than what is promised.
+        screen.renderer().upload(0, wall(view, 1.0, kLeft, kSlant, kRed));
+        report.atMost(kArea, std::string("edges, 1 m, ") + place.name, "from double arithmetic", "px", 0.1,
+                      edgeOffPx(screen.draw(view, wholePages({0}), kSlots), view, kLeft, kSlant));
     }
 }
 
