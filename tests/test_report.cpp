@@ -387,7 +387,7 @@ TEST_CASE(
     Link link;
     link.horizonS = 0;
     const auto pixels = [&](Integrator integrator, Violence violence) {
-        return extrapolationError(integrator, violence, link, view, 8).pixelRms;
+        return extrapolationError(integrator, TrueFlight(violence, 8), link, view).pixelRms;
     };
     const double held = pixels(Integrator::hold, Violence::brisk);
     CHECK(pixels(Integrator::exponential, Violence::brisk) == held);
