@@ -6,6 +6,8 @@
 #include "tools/report/flip.h"
 #include "tools/report/machine.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <cmath>
 #include <future>
@@ -197,6 +199,12 @@ Result<Json> writeWorst(const Worst& worst, const PictureView& truth, const std:
     return json;
 }
 
+uint64_t grownSince(uint64_t residentBefore)
+{
+    const uint64_t now = residentBytes();
+    return now > residentBefore ? now - residentBefore : 0;
+}
+
 } // namespace
 
 Result<Truth> Truth::create(const gl::Context& context, gl::RendererSettings settings,
@@ -252,8 +260,10 @@ Result<Json> measureSetting(const gl::Context& context, const Scene& scene, cons
     const std::vector<ViewState>& views = truth.views();
     std::vector<FrameRecord> frames(views.size());
     constexpr double kTimedShare = 0.3; // of the work, for the progress bar
-    uint64_t gpuBytes = 0;
+    Memory memory;
     {
+        malloc_trim(0); // what was freed before is not to be taken for the run's
+        const uint64_t residentBefore = residentBytes();
         auto run = EngineRun::create(context, scene, setting, log);
         if (!run) {
             return Unexpected{run.error()};
@@ -271,7 +281,7 @@ Result<Json> measureSetting(const gl::Context& context, const Scene& scene, cons
             frames[i].energyJ = energy.joules() - before;
             progress(kTimedShare * static_cast<double>(i + 1) / static_cast<double>(views.size()));
         }
-        gpuBytes = run->gpuBytes();
+        memory = {run->gpuBytes(), grownSince(residentBefore)};
     }
     auto run = EngineRun::create(context, scene, setting, log);
     if (!run) {
@@ -295,7 +305,7 @@ Result<Json> measureSetting(const gl::Context& context, const Scene& scene, cons
     }
     frameMeter.finish();
     const Worst& worst = frameMeter.worst();
-    Json json = settingJson(setting, frames, options.boundScale, gpuBytes);
+    Json json = settingJson(setting, frames, options.boundScale, memory);
     auto written = writeWorst(worst, truth.picture(worst.frame), options.pictureDir, setting.name());
     if (!written) {
         return Unexpected{written.error()};
