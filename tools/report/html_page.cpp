@@ -138,15 +138,15 @@ std::string pareto(const Json& report)
 std::string alongTheFlight(const Json& report)
 {
     struct Line {
-        const char *column, *label;
+        const char *column, *label, *unit;
         bool log;
     };
-    constexpr std::array kLines{Line{"total_ms", "frame time, ms", false},
-                                Line{"error_max_px", "largest geometric error of the sample, px", true},
-                                Line{"bound_px", "the engine's bound, px", true},
-                                Line{"flip", "FLIP", false},
-                                Line{"motion_px", "largest unexplained motion, px a frame", true},
-                                Line{"triangles", "triangles", false}};
+    constexpr std::array kLines{Line{"total_ms", "frame time", "ms", false},
+                                Line{"error_max_px", "largest geometric error of the sample", "px", true},
+                                Line{"bound_px", "the engine's bound", "px", true},
+                                Line{"flip", "FLIP", "FLIP", false},
+                                Line{"motion_px", "largest unexplained motion", "px a frame", true},
+                                Line{"triangles", "triangles", "triangles", false}};
     const double rateHz = report["path"]["rate_hz"].get<double>();
     std::string html;
     for (const auto& [size, methods] : bySize(report)) {
@@ -155,7 +155,7 @@ std::string alongTheFlight(const Json& report)
             Plot plot;
             plot.title = fmt::format("{} along the flight, {}", line.label, size);
             plot.xLabel = "time of flight, s";
-            plot.yLabel = line.label;
+            plot.yLabel = line.unit;
             plot.logY = line.log;
             for (const auto& [method, settings] : methods) {
                 const Json& setting = *settings[settings.size() / 2];

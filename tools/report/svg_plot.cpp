@@ -157,11 +157,12 @@ std::string svgOf(const Plot& plot)
         kLeft, kTop, kWidth - kLeft - kRight, kHeight - kTop - kBottom, 0.5 * (kLeft + kWidth - kRight),
         kHeight - 12, escaped(plot.xLabel), 0.5 * (kTop + kHeight - kBottom), escaped(plot.yLabel));
     if (plot.limitX) {
+        const bool isLeft = x.at(*plot.limitX) < 0.5 * kWidth; // the label goes where there is room
         fmt::format_to(out,
                        "<line class=\"limit\" x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\"/><text "
-                       "class=\"tick\" text-anchor=\"end\" x=\"{3:.1f}\" y=\"{4}\">{5}</text>\n",
-                       x.at(*plot.limitX), kTop, kHeight - kBottom, x.at(*plot.limitX) - 4, kTop + 12,
-                       escaped(plot.limitLabel));
+                       "class=\"tick\" text-anchor=\"{5}\" x=\"{3:.1f}\" y=\"{4}\">{6}</text>\n",
+                       x.at(*plot.limitX), kTop, kHeight - kBottom, x.at(*plot.limitX) + (isLeft ? 4 : -4),
+                       kTop + 12, isLeft ? "start" : "end", escaped(plot.limitLabel));
     }
     double legendX = kLeft;
     for (const Series& series : plot.series) {
