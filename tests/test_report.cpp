@@ -411,6 +411,7 @@ TEST_CASE("ticks are round numbers within the axis")
 {
     CHECK(ticksOf(0, 10, false) == std::vector<double>{0, 2, 4, 6, 8, 10});
     CHECK(ticksOf(0.9, 60, true) == std::vector<double>{1, 2, 5, 10, 20, 50});
+    CHECK(ticksOf(1e-9, 1e30, true).size() < 10);
     for (const double tick : ticksOf(4.1, 4.9, true)) {
         CHECK(tick >= 4.1 - 1e-9);
         CHECK(tick <= 4.9 + 1e-9);
@@ -525,8 +526,8 @@ TEST_CASE("methods are compared at equal error, and a budget fits by its p99")
     const Json& rows = front["hybrid_at_equal_error"];
     CHECK(rows[0]["wall"]["ratio"].get<double>() == Approx(6 / (10 * std::sqrt(2.0))).epsilon(1e-4));
     CHECK(rows[0]["wall"]["against"] == "geomip");
-    CHECK(rows[1]["wall"].is_null());                             // geomip has no such error
-    CHECK(rows[2]["wall"]["ratio"].get<double>() == Approx(0.6)); // the cheapest of hybrid has less than 8
+    CHECK(rows[1]["wall"].is_null()); // geomip has no such error
+    CHECK(rows[2]["wall"].is_null()); // all errors of hybrid are smaller than 8
     CHECK(rows[3]["wall"]["ratio"].get<double>() == Approx(6 * std::sqrt(2.0) / 20).epsilon(1e-4));
     CHECK(front["largest_budget_within_frame_time"][0]["budget"] == 1000);
     CHECK(front["largest_budget_within_frame_time"][1]["budget"] == 1000);
@@ -545,10 +546,11 @@ TEST_CASE("methods are compared at equal error, and a budget fits by its p99")
     broken[1]["counts"]["pops"] = 1;
     broken[1]["broken"] = {{{"frame", 37}, {"what", {"pops"}}}};
     const Json verdict = verdictJson(broken, frontJson(broken, 16));
-    REQUIRE(verdict.size() == 6);
+    REQUIRE(verdict.size() == 7);
     CHECK(verdict[0]["met"] == true);
     CHECK(verdict[1]["met"] == false);
     CHECK(verdict[1]["found"] == "1 (setting, frames: hybrid-9000 37)");
-    CHECK(verdict[4]["met"] == false);
+    CHECK(verdict[4]["met"] == true); // less error, but
     CHECK(verdict[5]["met"] == false);
+    CHECK(verdict[6]["met"] == false);
 }

@@ -22,8 +22,8 @@ std::optional<double> timeForError(const std::vector<std::pair<double, double>>&
 //   hybrid_at_equal_error  per setting the median time of hybrid over that of another method, both with at
 //                most the error of the setting: of one of hybrid against the cheapest other method, of one of
 //                another method the least that hybrid takes for it. Null where no other method, or hybrid,
-//                has so small an error. Wall and CPU time at equal largest error, as above, and wall time at
-//                equal p99 of the posts' errors and at equal FLIP.
+//                has so small an error, and where hybrid's are all smaller. Wall and CPU time at equal
+//                largest error, as above, and wall time at equal p99 of the posts' errors and at equal FLIP.
 Json frontJson(const Json& settings, double frameTimeMs);
 
 // What a report has to show, line by line: {"claim", "met", "found"}. front: of the same settings.

@@ -145,7 +145,7 @@ std::string alongTheFlight(const Json& report)
                                 Line{"error_max_px", "largest geometric error of the sample", "px", true},
                                 Line{"bound_px", "the engine's bound", "px", true},
                                 Line{"flip", "FLIP", "FLIP", false},
-                                Line{"motion_px", "largest unexplained motion", "px a frame", true},
+                                Line{"motion_px", "largest unexplained motion", "px a frame", false},
                                 Line{"triangles", "triangles", "triangles", false}};
     const double rateHz = report["path"]["rate_hz"].get<double>();
     std::string html;
@@ -482,7 +482,8 @@ std::string front(const Json& report)
         "<p>Median time of hybrid over that of another method at the same measured error: for a setting of "
         "hybrid against the cheapest other method, for one of another method the least that hybrid takes for "
         "its error. Error is the largest of the sample in the median frame, or where stated the p99 of the "
-        "posts or FLIP. A dash where one of the two has no error as small.</p>\n<div "
+        "posts or FLIP. A dash where one of the two has no error as small, or hybrid none as "
+        "large.</p>\n<div "
         "class=\"scroll\"><table><tr><th>at the error of</th><th>against</th><th>frame time</th><th>CPU "
         "time</th><th>frame time by p99 of posts</th><th>by FLIP</th></tr>\n";
     for (const Json& row : front["hybrid_at_equal_error"]) {

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <limits>
 #include <utility>
 
 namespace report {
@@ -199,6 +200,13 @@ Result<Json> writeWorst(const Worst& worst, const PictureView& truth, const std:
     return json;
 }
 
+// Infinite where the engine states none, which is 1e30 there (ig/lod/bounds.h).
+double boundOf(const lod::LodStats& stats)
+{
+    constexpr float kNone = 1e29F;
+    return stats.errorPx < kNone ? double{stats.errorPx} : std::numeric_limits<double>::infinity();
+}
+
 uint64_t grownSince(uint64_t residentBefore)
 {
     const uint64_t now = residentBytes();
@@ -297,7 +305,7 @@ Result<Json> measureSetting(const gl::Context& context, const Scene& scene, cons
         FrameRecord& frame = frames[i];
         frame.isSame =
             stats.lod.triangles == frame.stats.lod.triangles && stats.lod.errorPx == frame.stats.lod.errorPx;
-        frame.boundPx = double{stats.lod.errorPx};
+        frame.boundPx = boundOf(stats.lod);
         frame.tauPx = double{stats.lod.tauPx};
         frameMeter.start(i, run->drawList(), run->rgba());
         progress(kTimedShare +
