@@ -222,7 +222,7 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
     CHECK(many["error_rms_px"]["mean"].get<double>() < few["error_rms_px"]["mean"].get<double>());
     CHECK(many["flip"]["mean"].get<double>() < few["flip"]["mean"].get<double>());
     CHECK(report["motion"]["rows"].size() > 100);
-    CHECK(report["verdict"].size() >= 6); // the last one where both methods have an error
+    CHECK(report["verdict"].size() >= 5); // more where the methods have an error in common
     const std::string markdown = readFile(dir.file("a/report.md"));
     CHECK_THAT(markdown, Catch::Contains("| geomip-6000-160x90 |") &&
                              Catch::Contains("- met: no frame with a measured error above its bound. 0"));
