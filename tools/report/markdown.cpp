@@ -16,7 +16,11 @@ std::string text(const Json& value)
 
 std::string number(const Json& value)
 {
-    return value.is_number() ? fmt::format("{:.3g}", value.get<double>()) : std::string("-");
+    if (!value.is_number()) {
+        return "-";
+    }
+    const auto plain = value.get<double>();
+    return plain >= 1000 && plain < 1e6 ? fmt::format("{:.0f}", plain) : fmt::format("{:.3g}", plain);
 }
 
 std::string head(const Json& report)
