@@ -241,7 +241,7 @@ TEST_CASE("a frame breaks the bound where either measurement is above it, and po
     frame.tauPx = 3;
     frame.sample.maxPx = 3.9;
     frame.motion.maxPx = 1.4;
-    const auto counts = [&](double scale) { return settingJson({}, {frame}, scale, 0)["counts"]; };
+    const auto counts = [&](double scale) { return settingJson({}, {frame}, scale, {})["counts"]; };
     CHECK(counts(1)["bound_broken"] == 0);
     CHECK(counts(0.9)["bound_broken"] == 1);
     CHECK(counts(1)["pops"] == 0);
@@ -375,6 +375,8 @@ TEST_CASE("quantiles, slopes and paired ratios are those that went in")
     CHECK(ratio.high / ratio.low < 1.01);
     now[7] = std::numeric_limits<double>::infinity();
     CHECK(pairedRatio(before, now).pairs == 299);
+    before.resize(30);
+    CHECK(pairedRatio(before, now).high < 1.2);
     before.resize(10);
     CHECK(std::isinf(pairedRatio(before, now).high));
 }
@@ -387,7 +389,7 @@ TEST_CASE(
     Link link;
     link.horizonS = 0;
     const auto pixels = [&](Integrator integrator, Violence violence) {
-        return extrapolationError(integrator, violence, link, view, 8).pixelRms;
+        return extrapolationError(integrator, TrueFlight(violence, 8), link, view).pixelRms;
     };
     const double held = pixels(Integrator::hold, Violence::brisk);
     CHECK(pixels(Integrator::exponential, Violence::brisk) == held);
@@ -409,6 +411,7 @@ TEST_CASE("ticks are round numbers within the axis")
 {
     CHECK(ticksOf(0, 10, false) == std::vector<double>{0, 2, 4, 6, 8, 10});
     CHECK(ticksOf(0.9, 60, true) == std::vector<double>{1, 2, 5, 10, 20, 50});
+    CHECK(ticksOf(1e-9, 1e30, true).size() < 10);
     for (const double tick : ticksOf(4.1, 4.9, true)) {
         CHECK(tick >= 4.1 - 1e-9);
         CHECK(tick <= 4.9 + 1e-9);
@@ -438,6 +441,19 @@ TEST_CASE("reports are compared frame by frame, and only with one of the same pa
     CHECK((*same)["settings"][0]["total_ms"]["ratio"].get<double>() == Approx(2).epsilon(0.01));
     CHECK((*same)["settings"][0]["total_ms"]["low"].get<double>() > 1.9);
     CHECK_FALSE(compareJson(report(10, "a"), report(10, "b")));
+    // Settings that one of them lacks, and what else is different, are named.
+    Json wider = report(20, "a");
+    wider["settings"].push_back({{"name", "y"}, {"by_frame", Json::object()}});
+    wider["measured"] = {{"visibility_m", 20000}, {"tolerance_px", 1}};
+    Json older = report(10, "a");
+    older["settings"].push_back({{"name", "z"}, {"by_frame", Json::object()}});
+    older["measured"] = {{"visibility_m", 60000}, {"tolerance_px", 1}};
+    const auto other = compareJson(older, wider);
+    REQUIRE(other);
+    CHECK((*other)["settings"].size() == 1);
+    CHECK((*other)["only_now"] == Json::array({"y"}));
+    CHECK((*other)["only_before"] == Json::array({"z"}));
+    CHECK((*other)["measured_differently"] == Json::array({"visibility_m: 60000 before, 20000 now"}));
     CHECK_FALSE(compareJson(Json::array(), report(10, "b")));
 }
 
@@ -488,26 +504,53 @@ TEST_CASE("a captured host's flight is a path")
 TEST_CASE("methods are compared at equal error, and a budget fits by its p99")
 {
     const std::vector<std::pair<double, double>> curve{{10, 8}, {20, 2}};
-    CHECK(*timeAtError(curve, 4) == Approx(10 * std::sqrt(2.0))); // half way in the logarithms
-    CHECK(*timeAtError(curve, 8) == Approx(10));
-    CHECK_FALSE(timeAtError(curve, 9));
+    CHECK(*timeForError(curve, 4) == Approx(10 * std::sqrt(2.0))); // half way in the logarithms
+    CHECK(*timeForError(curve, 8) == Approx(10));
+    CHECK(*timeForError(curve, 9) == Approx(10)); // less error for the same time
+    CHECK_FALSE(timeForError(curve, 1.9));
     const auto setting = [](const char* method, uint32_t budget, double ms, double errorPx) {
-        return Json{{"name", method},
+        return Json{{"name", std::string(method) + '-' + std::to_string(budget)},
                     {"method", method},
                     {"budget", budget},
                     {"width", 64},
                     {"height", 36},
                     {"morph", true},
+                    {"counts", {{"bound_broken", 0}, {"pops", 0}, {"crack_pixels", 0}, {"over_budget", 0}}},
+                    {"broken", Json::array()},
                     {"summary",
                      {{"total_ms", {{"p50", ms}, {"p99", 1.5 * ms}}}, {"error_max_px", {{"p50", errorPx}}}}}};
     };
-    const Json front =
-        frontJson(Json::array({setting("hybrid", 1000, 6, 4), setting("hybrid", 9000, 12, 1),
-                               setting("geomip", 1000, 10, 8), setting("geomip", 9000, 20, 2)}),
-                  16);
-    CHECK(front["time_at_equal_error"][0]["wall"]["ratio"].get<double>() ==
-          Approx(6 / (10 * std::sqrt(2.0))).epsilon(1e-4));
-    CHECK(front["time_at_equal_error"][1]["wall"].is_null()); // geomip has no such error
+    const Json settings = Json::array({setting("hybrid", 1000, 6, 4), setting("hybrid", 9000, 12, 1),
+                                       setting("geomip", 1000, 10, 8), setting("geomip", 9000, 20, 2)});
+    const Json front = frontJson(settings, 16);
+    const Json& rows = front["hybrid_at_equal_error"];
+    CHECK(rows[0]["wall"]["ratio"].get<double>() == Approx(6 / (10 * std::sqrt(2.0))).epsilon(1e-4));
+    CHECK(rows[0]["wall"]["against"] == "geomip");
+    CHECK(rows[1]["wall"].is_null()); // geomip has no such error
+    CHECK(rows[2]["wall"].is_null()); // all errors of hybrid are smaller than 8
+    CHECK(rows[3]["wall"]["ratio"].get<double>() == Approx(6 * std::sqrt(2.0) / 20).epsilon(1e-4));
     CHECK(front["largest_budget_within_frame_time"][0]["budget"] == 1000);
     CHECK(front["largest_budget_within_frame_time"][1]["budget"] == 1000);
+    // 9,000 triangles of hybrid have p99 above the frame; of what is left hybrid has the least error.
+    CHECK(front["recommended"][0]["name"] == "hybrid-1000");
+    CHECK(frontJson(settings, 1)["recommended"].empty());
+    for (const Json& claim : verdictJson(settings, front)) {
+        INFO(claim);
+        CHECK(claim["met"] == true);
+    }
+
+    // An engine that keeps none of its words.
+    Json broken = settings;
+    broken[0]["summary"]["total_ms"]["p50"] = 60;
+    broken[1]["summary"]["total_ms"]["p50"] = 70;
+    broken[1]["counts"]["pops"] = 1;
+    broken[1]["broken"] = {{{"frame", 37}, {"what", {"pops"}}}};
+    const Json verdict = verdictJson(broken, frontJson(broken, 16));
+    REQUIRE(verdict.size() == 7);
+    CHECK(verdict[0]["met"] == true);
+    CHECK(verdict[1]["met"] == false);
+    CHECK(verdict[1]["found"] == "1 (setting, frames: hybrid-9000 37)");
+    CHECK(verdict[4]["met"] == true); // less error, but
+    CHECK(verdict[5]["met"] == false);
+    CHECK(verdict[6]["met"] == false);
 }

@@ -13,8 +13,12 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <csignal>
+#include <filesystem>
 #include <limits>
+#include <thread>
 
 using test::Process;
 using test::readFile;
@@ -178,12 +182,17 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
 {
     const test::TempDir dir;
     const std::string terrain = makeLand(dir, 513);
-    const auto run = [&](const std::string& out, const std::string& methods, std::vector<std::string> more) {
+    const auto argumentsOf = [&](const std::string& out, const std::string& methods,
+                                 const std::vector<std::string>& more) {
         std::vector<std::string> arguments{
             "eyepoint-report", "--terrain", terrain,     "-o",        dir.file(out), "--frames", "44",
             "--methods",       methods,     "--budgets", "2000,6000", "--tolerance", "0.1",      "--quiet"};
         arguments.insert(arguments.end(), more.begin(), more.end());
-        Process process(arguments, dir.file("out"), dir.file("err"));
+        return arguments;
+    };
+    const auto run = [&](const std::string& out, const std::string& methods,
+                         const std::vector<std::string>& more) {
+        Process process(argumentsOf(out, methods, more), dir.file("out"), dir.file("err"));
         return process.wait(120);
     };
     const int code = run("a", "hybrid,geomip", {"--sizes", "160x90"});
@@ -213,6 +222,11 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
     CHECK(many["error_rms_px"]["mean"].get<double>() < few["error_rms_px"]["mean"].get<double>());
     CHECK(many["flip"]["mean"].get<double>() < few["flip"]["mean"].get<double>());
     CHECK(report["motion"]["rows"].size() > 100);
+    CHECK(report["verdict"].size() >= 5); // more where the methods have an error in common
+    const std::string markdown = readFile(dir.file("a/report.md"));
+    CHECK_THAT(markdown, Catch::Contains("| geomip-6000-160x90 |") &&
+                             Catch::Contains("- met: no frame with a measured error above its bound. 0"));
+    CHECK_THAT(markdown, Catch::Contains("Recommended here"));
 
     const std::string html = readFile(dir.file("a/report.html"));
     const auto countOf = [&html](const std::string& what) {
@@ -239,6 +253,31 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
     CHECK(again["settings"] == report["settings"]);
     CHECK(again["compare"]["settings"][0]["total_ms"]["ratio"] == 1);
     CHECK(again["compare"]["settings"][0]["total_ms"]["pairs"] == 44);
+
+    // Interrupted after its first setting: that one is not measured again, the rest is, and without haze it
+    // is another setting. Against the first report, of which it has half of the settings.
+    {
+        Process process(argumentsOf("k", "hybrid", {"--sizes", "160x90", "--no-motion"}), dir.file("out"),
+                        dir.file("err"));
+        const std::string part = dir.file("k/parts/hybrid-2000-160x90.json");
+        for (int i = 0; i < 1200 && !std::filesystem::exists(part); ++i) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        }
+        process.signal(SIGKILL);
+        (void)process.wait(10);
+    }
+    const Json part = Json::parse(readFile(dir.file("k/parts/hybrid-2000-160x90.json")));
+    REQUIRE_FALSE(std::filesystem::exists(dir.file("k/report.json")));
+    REQUIRE(run("k", "hybrid",
+                {"--sizes", "160x90", "--no-motion", "--resume", "--compare", dir.file("a/report.json")}) ==
+            0);
+    const Json resumed = Json::parse(readFile(dir.file("k/report.json")));
+    REQUIRE(resumed["settings"].size() == 2);
+    CHECK(resumed["settings"][0] == part["setting"]);
+    CHECK(resumed["compare"]["only_before"].size() == 2);
+    CHECK(resumed["compare"]["settings"][1]["error_max_px"]["ratio"] == 1); // the same path, the same errors
+    REQUIRE(run("k", "hybrid", {"--sizes", "160x90", "--no-motion", "--resume", "--visibility", "0"}) == 0);
+    CHECK(Json::parse(readFile(dir.file("k/report.json")))["settings"][0] != part["setting"]);
 
     // A bound that is asked to have far more room than it has: broken, said so, and everything written.
     CHECK(run("b", "hybrid", {"--sizes", "160x90", "--bound-scale", "0.01", "--no-motion"}) == 1);

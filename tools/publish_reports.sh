@@ -1,13 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # Makes the published reports: the synthetic terrain, with the scaling part, and real terrain where there is some.
-# Leaves OUT/NAME/report.html, .json, .csv and .md, and prints the tables.
+# Leaves OUT/NAME/report.html, .json, .csv and .md, and prints the figures as Markdown: machine, settings, what
+# was to be shown and whether it was, recommended settings, scaling.
 #   tools/publish_reports.sh                  synthetic, and Scotland where ../shared/data has it
 #   tools/publish_reports.sh DEM [DEM...]     synthetic, and these rasters as one terrain
+#   tools/publish_reports.sh WORLD.ept        synthetic, and this dataset
 # Environment: OUT (reports), SIZE (synthetic posts a side, 4097), SCALING (posts a side of the terrains that
 # scaling is measured with), METHODS, BUDGETS, FRAMES, REPORT_OPTIONS (more options for eyepoint-report, such as
 # --resume).
-# Ends with 1 where the engine broke its bound.
+# Frame times are those of an otherwise idle machine or they are worth little: the load stands in the figures.
+# Ends with 1 where the engine broke a bound or a report could not be made.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=${OUT:-reports}
@@ -22,30 +25,38 @@ if [ ${#sources[@]} -eq 0 ] && [ -e "$scotland" ]; then
   sources=("$scotland")
 fi
 
-tools/install_packages.sh
+tools/install_packages.sh >&2
 cmake --preset release -DEYEPOINT_TESTS=OFF -DCMAKE_COMPILE_WARNING_AS_ERROR=OFF >/dev/null
 cmake --build --preset release --parallel "${JOBS:-$(nproc)}" --target eyepoint-terrain eyepoint-report >&2
 bin=build/release/bin
 mkdir -p "$out"
 
 failed=0
-report() { # NAME [more options]
-  local name=$1
-  shift
+report() { # NAME DATASET [more options]
+  local name=$1 dataset=$2
+  shift 2
+  rm -f "$out/$name/report.md"
   # shellcheck disable=SC2086 # the options are meant to be split
-  "$bin/eyepoint-report" --terrain "$out/$name.ept" -o "$out/$name" --methods "${METHODS:-hybrid,bintree,geomip}" \
-    --budgets "${BUDGETS:-4000,8000,14000,24000,48000}" --frames "${FRAMES:-300}" "$@" ${REPORT_OPTIONS:-} || failed=1
+  "$bin/eyepoint-report" --terrain "$dataset" -o "$out/$name" --methods "${METHODS:-hybrid,bintree,geomip}" \
+    --budgets "${BUDGETS:-4000,8000,14000,24000,48000}" --frames "${FRAMES:-300}" "$@" ${REPORT_OPTIONS:-} >&2 ||
+    failed=1
   if [ -f "$out/$name/report.md" ]; then cat "$out/$name/report.md"; fi
 }
 
-if [ ! -f "$out/synthetic.ept" ]; then
-  "$bin/eyepoint-terrain" synth -o "$out/synthetic.tif" --size "$size"
-  "$bin/eyepoint-terrain" build "$out/synthetic.tif" -o "$out/synthetic.ept"
-fi
-report synthetic --scaling "${SCALING:-1025,2049,4097,8193}"
 if [ ${#sources[@]} -gt 0 ]; then
   name=$(basename "${sources[0]}" | sed 's/\.[^.]*$//')
-  [ -f "$out/$name.ept" ] || "$bin/eyepoint-terrain" build "${sources[@]}" -o "$out/$name.ept"
-  report "$name"
+  dataset=$out/$name.ept
+  if [[ ${sources[0]} == *.ept ]]; then
+    dataset=${sources[0]}
+  elif [ ! -f "$dataset" ]; then
+    "$bin/eyepoint-terrain" build "${sources[@]}" -o "$dataset" >&2
+  fi
+  report "$name" "$dataset"
 fi
+if [ ! -f "$out/synthetic.ept" ]; then
+  "$bin/eyepoint-terrain" synth -o "$out/synthetic.tif" --size "$size" >&2
+  "$bin/eyepoint-terrain" build "$out/synthetic.tif" -o "$out/synthetic.ept" >&2
+  rm "$out/synthetic.tif"
+fi
+report synthetic "$out/synthetic.ept" --scaling "${SCALING:-1025,2049,4097,8193}"
 exit "$failed"

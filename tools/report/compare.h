@@ -8,7 +8,8 @@
 namespace report {
 
 // Per setting that both have: ratios now / before of times and errors with 95 % confidence intervals (see
-// pairedRatio). Errors (usage): the older one is of another terrain or path, or no report.
+// pairedRatio). Settings that only one of them has are named, and what they were measured with differently
+// (haze, tolerance, slots ...). Errors (usage): the older one is of another terrain or path, or no report.
 ig::Result<Json> compareJson(const Json& before, const Json& now);
 
 // Errors (usage): not there, or not JSON.

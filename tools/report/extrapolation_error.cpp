@@ -23,13 +23,7 @@ constexpr double kPictureHz = 60;
 constexpr double kStepS = 1.0 / 1920; // of the true flight: a divisor of every packet interval used here
 constexpr double kPointM = 1000;
 
-// The true flight, in a flat frame (north, east, down).
-struct State {
-    glm::dvec3 placeM{0.0};
-    glm::dmat3 nedFromBody{1.0};
-    glm::dvec3 velocityMps{0.0}; // of the body's axes
-    glm::dvec3 turnRadPerS{0.0}; // body axes
-};
+using State = TrueFlight::State;
 
 struct Manoeuvre {
     double speedMps, rollDegPerS, pitchDegPerS, yawDegPerS;
@@ -40,34 +34,6 @@ constexpr std::array<Manoeuvre, 3> kManoeuvres{{
     {180, 40, 12, 5, 5},    // hard turns
     {250, 200, 40, 25, 2.5} // aerobatics
 }};
-
-std::vector<State> fly(Violence violence, double durationS)
-{
-    const Manoeuvre& m = kManoeuvres[static_cast<size_t>(violence)];
-    const auto steps = static_cast<size_t>(std::ceil(durationS / kStepS));
-    std::vector<State> flight(steps + 1);
-    for (size_t i = 0; i <= steps; ++i) {
-        const double timeS = static_cast<double>(i) * kStepS;
-        // Incommensurable sines: nothing repeats within a run.
-        const auto wave = [&](double factor, double phase) {
-            return std::sin(2 * kPi * timeS / m.periodS * factor + phase);
-        };
-        State& state = flight[i];
-        state.turnRadPerS =
-            kRadPerDeg * glm::dvec3(m.rollDegPerS * wave(1.618, 0.3), m.pitchDegPerS * wave(1.0, 1.1),
-                                    m.yawDegPerS * wave(1.272, 2.0));
-        state.velocityMps = {m.speedMps * (1 + 0.05 * wave(0.5, 0.0)), 0.02 * m.speedMps * wave(0.9, 0.7), 0};
-        if (i > 0) {
-            const State& last = flight[i - 1];
-            const scene::Rates rates{true, 0.5 * (last.velocityMps + state.velocityMps),
-                                     0.5 * (last.turnRadPerS + state.turnRadPerS)};
-            const scene::Motion motion = scene::motionOver(kStepS, rates, last.nedFromBody);
-            state.placeM = last.placeM + motion.offsetM;
-            state.nedFromBody = motion.parentFromBody;
-        }
-    }
-    return flight;
-}
 
 State extrapolated(Integrator integrator, const State& from, double overS)
 {
@@ -135,14 +101,42 @@ std::vector<Packet> packetsOf(const Link& link, double durationS)
 
 } // namespace
 
-ExtrapolationError extrapolationError(Integrator integrator, Violence violence, const Link& link,
-                                      const ViewState& view, double durationS)
+TrueFlight::TrueFlight(Violence violence, double durationS) : _durationS(durationS)
 {
-    const std::vector<State> flight = fly(violence, durationS);
-    const std::vector<Packet> packets = packetsOf(link, durationS);
-    const auto stateAt = [&](double timeS) {
-        return flight[std::min(static_cast<size_t>(std::lround(timeS / kStepS)), flight.size() - 1)];
-    };
+    const Manoeuvre& m = kManoeuvres[static_cast<size_t>(violence)];
+    const auto steps = static_cast<size_t>(std::ceil(durationS / kStepS));
+    _states.resize(steps + 1);
+    for (size_t i = 0; i <= steps; ++i) {
+        const double timeS = static_cast<double>(i) * kStepS;
+        // Incommensurable sines: nothing repeats within a run.
+        const auto wave = [&](double factor, double phase) {
+            return std::sin(2 * kPi * timeS / m.periodS * factor + phase);
+        };
+        State& state = _states[i];
+        state.turnRadPerS =
+            kRadPerDeg * glm::dvec3(m.rollDegPerS * wave(1.618, 0.3), m.pitchDegPerS * wave(1.0, 1.1),
+                                    m.yawDegPerS * wave(1.272, 2.0));
+        state.velocityMps = {m.speedMps * (1 + 0.05 * wave(0.5, 0.0)), 0.02 * m.speedMps * wave(0.9, 0.7), 0};
+        if (i > 0) {
+            const State& last = _states[i - 1];
+            const scene::Rates rates{true, 0.5 * (last.velocityMps + state.velocityMps),
+                                     0.5 * (last.turnRadPerS + state.turnRadPerS)};
+            const scene::Motion motion = scene::motionOver(kStepS, rates, last.nedFromBody);
+            state.placeM = last.placeM + motion.offsetM;
+            state.nedFromBody = motion.parentFromBody;
+        }
+    }
+}
+
+const TrueFlight::State& TrueFlight::at(double timeS) const noexcept
+{
+    return _states[std::min(static_cast<size_t>(std::lround(timeS / kStepS)), _states.size() - 1)];
+}
+
+ExtrapolationError extrapolationError(Integrator integrator, const TrueFlight& flight, const Link& link,
+                                      const ViewState& view)
+{
+    const std::vector<Packet> packets = packetsOf(link, flight.durationS());
     const Frustum& f = view.frustum;
     std::vector<glm::dvec3> rays; // eye frame
     for (const double x : {f.left, 0.5 * (f.left + f.right), f.right}) {
@@ -151,7 +145,7 @@ ExtrapolationError extrapolationError(Integrator integrator, Violence violence, 
         }
     }
     std::vector<double> position, angle, pixel;
-    for (double timeS = 1; timeS < durationS; timeS += 1 / kPictureHz) {
+    for (double timeS = 1; timeS < flight.durationS(); timeS += 1 / kPictureHz) {
         // The newest packet that has come by now, as the image generator sees it.
         const Packet* newest = nullptr;
         for (const Packet& packet : packets) {
@@ -163,9 +157,9 @@ ExtrapolationError extrapolationError(Integrator integrator, Violence violence, 
         if (newest == nullptr) {
             continue;
         }
-        const State truth = stateAt(timeS);
-        const State shown =
-            extrapolated(integrator, stateAt(newest->sentS), std::min(timeS - newest->sentS, link.horizonS));
+        const State& truth = flight.at(timeS);
+        const State shown = extrapolated(integrator, flight.at(newest->sentS),
+                                         std::min(timeS - newest->sentS, link.horizonS));
         position.push_back(glm::length(shown.placeM - truth.placeM));
         const glm::dmat3 off = glm::transpose(truth.nedFromBody) * shown.nedFromBody;
         const glm::dvec3 axis{off[1][2] - off[2][1], off[2][0] - off[0][2], off[0][1] - off[1][0]};

@@ -6,6 +6,10 @@
 
 #include "ig/geo/view_state.h"
 
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include <array>
 #include <cstdint>
 #include <string_view>
 #include <vector>
@@ -40,8 +44,26 @@ struct ExtrapolationError {
     double pixelRms = 0, pixelP99 = 0, pixelMax = 0;
 };
 
-// 60 pictures a second over durationS. view: size and frustum.
-ExtrapolationError extrapolationError(Integrator integrator, Violence violence, const Link& link,
-                                      const ig::ViewState& view, double durationS = 30);
+// The true flight, in a flat frame (north, east, down).
+class TrueFlight {
+public:
+    struct State {
+        glm::dvec3 placeM{0.0};
+        glm::dmat3 nedFromBody{1.0};
+        glm::dvec3 velocityMps{0.0}; // of the body's axes
+        glm::dvec3 turnRadPerS{0.0}; // body axes
+    };
+    explicit TrueFlight(Violence violence, double durationS = 30);
+    double durationS() const noexcept { return _durationS; }
+    const State& at(double timeS) const noexcept; // of the nearest step
+
+private:
+    double _durationS;
+    std::vector<State> _states;
+};
+
+// 60 pictures a second over the flight. view: size and frustum.
+ExtrapolationError extrapolationError(Integrator integrator, const TrueFlight& flight, const Link& link,
+                                      const ig::ViewState& view);
 
 } // namespace report

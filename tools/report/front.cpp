@@ -6,11 +6,28 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <tuple>
+#include <map>
+#include <string>
 
 namespace report {
 
 namespace {
+
+constexpr const char* kHybrid = "hybrid";
+constexpr const char* kTiles = "geomip";
+
+using Curve = std::vector<std::pair<double, double>>; // median time, error; by budget
+
+// What time and error are compared by.
+struct Measure {
+    const char* name;
+    const char* time;
+    const char *error, *quantile;
+};
+constexpr std::array<Measure, 4> kMeasures{{{"wall", "total_ms", "error_max_px", "p50"},
+                                            {"cpu", "cpu_ms", "error_max_px", "p50"},
+                                            {"wall_by_p99", "total_ms", "error_p99_px", "p50"},
+                                            {"wall_by_flip", "total_ms", "flip", "mean"}}};
 
 std::optional<double> valueOf(const Json& setting, const char* column, const char* quantile)
 {
@@ -21,92 +38,87 @@ std::optional<double> valueOf(const Json& setting, const char* column, const cha
     return summary[column][quantile].get<double>();
 }
 
-// Median time of a column and error.
-std::optional<std::pair<double, double>> pointOf(const Json& setting, const char* time)
+std::optional<std::pair<double, double>> pointOf(const Json& setting, const Measure& measure)
 {
-    const auto timeMs = valueOf(setting, time, "p50");
-    const auto errorPx = valueOf(setting, "error_max_px", "p50");
-    if (!timeMs || !errorPx || *timeMs <= 0 || *errorPx <= 0) {
+    const auto timeMs = valueOf(setting, measure.time, "p50");
+    const auto error = valueOf(setting, measure.error, measure.quantile);
+    if (!timeMs || !error || *timeMs <= 0 || *error <= 0) {
         return std::nullopt;
     }
-    return std::pair{*timeMs, *errorPx};
+    return std::pair{*timeMs, *error};
 }
 
-bool belongTogether(const Json& a, const Json& b)
+bool isMorphing(const Json& setting)
 {
-    return a["width"] == b["width"] && a["height"] == b["height"] && a["morph"].get<bool>() &&
-           b["morph"].get<bool>();
+    return setting["morph"].get<bool>();
 }
 
-// Time of the setting over that of the cheapest other method at its error; nothing where none has it.
-std::optional<std::pair<std::string, double>> ratioOf(const Json& setting, const Json& settings,
-                                                      const char* time)
+bool areOfOneSize(const Json& a, const Json& b)
 {
-    const auto point = pointOf(setting, time);
+    return a["width"] == b["width"] && a["height"] == b["height"];
+}
+
+// Of one picture size, by method.
+std::map<std::string, Curve> curvesOf(const Json& settings, const Json& size, const Measure& measure)
+{
+    std::map<std::string, Curve> curves;
+    for (const Json& setting : settings) {
+        const auto point = pointOf(setting, measure);
+        if (point && isMorphing(setting) && areOfOneSize(setting, size)) {
+            curves[setting["method"].get<std::string>()].push_back(*point);
+        }
+    }
+    return curves;
+}
+
+double largestError(const Curve& curve)
+{
+    double largest = 0;
+    for (const auto& [time, error] : curve) {
+        largest = std::max(largest, error);
+    }
+    return largest;
+}
+
+// See hybrid_at_equal_error.
+Json hybridRatio(const Json& setting, const Json& settings, const Measure& measure)
+{
+    const auto point = pointOf(setting, measure);
     if (!point) {
-        return std::nullopt;
+        return nullptr;
     }
-    std::vector<std::pair<std::string, std::vector<std::pair<double, double>>>> curves;
-    for (const Json& other : settings) {
-        const auto otherPoint = pointOf(other, time);
-        if (!otherPoint || other["method"] == setting["method"] || !belongTogether(setting, other)) {
-            continue;
-        }
-        const auto method = other["method"].get<std::string>();
-        if (curves.empty() || curves.back().first != method) {
-            curves.push_back({method, {}});
-        }
-        curves.back().second.push_back(*otherPoint);
-    }
-    std::optional<std::pair<std::string, double>> best;
-    for (const auto& [method, curve] : curves) {
-        const auto equal = timeAtError(curve, point->second);
-        if (equal && (!best || point->first / *equal > best->second)) {
-            best = {method, point->first / *equal};
+    const auto& [ownMs, error] = *point;
+    const auto method = setting["method"].get<std::string>();
+    std::string against;
+    std::optional<double> hybridMs, otherMs;
+    for (const auto& [name, curve] : curvesOf(settings, setting, measure)) {
+        const auto timeMs = timeForError(curve, error);
+        if (name == kHybrid) {
+            // An error larger than all of its is none that it has: its smallest budget is no measure of it.
+            hybridMs = error <= largestError(curve) ? timeMs : std::nullopt;
+        } else if (timeMs && name != kHybrid && (method == kHybrid || name == method) &&
+                   (!otherMs || *timeMs < *otherMs)) {
+            otherMs = timeMs;
+            against = name;
         }
     }
-    return best;
+    // The setting itself is what is judged, whatever a cheaper one of its method may show.
+    (method == kHybrid ? hybridMs : otherMs) = ownMs;
+    if (!hybridMs || against.empty()) {
+        return nullptr;
+    }
+    return {{"ratio", rounded(*hybridMs / *otherMs)}, {"against", against}};
 }
 
-} // namespace
-
-std::optional<double> timeAtError(const std::vector<std::pair<double, double>>& curve, double error)
+Json budgetsWithin(const Json& settings, double frameTimeMs)
 {
-    std::optional<double> cheapest;
-    for (size_t i = 0; i + 1 < curve.size(); ++i) {
-        const auto [timeA, errorA] = curve[i];
-        const auto [timeB, errorB] = curve[i + 1];
-        if (error < std::min(errorA, errorB) || error > std::max(errorA, errorB)) {
-            continue;
-        }
-        const double share = errorA == errorB ? 0 : std::log(error / errorA) / std::log(errorB / errorA);
-        const double time = timeA * std::pow(timeB / timeA, share);
-        cheapest = std::min(cheapest.value_or(time), time);
-    }
-    return cheapest;
-}
-
-Json frontJson(const Json& settings, double frameTimeMs)
-{
-    Json equalError = Json::array();
     Json fitting = Json::array();
     for (const Json& setting : settings) {
-        if (!setting["morph"].get<bool>()) {
+        if (!isMorphing(setting)) {
             continue;
         }
-        Json row{{"name", setting["name"]}};
-        const std::pair<const char*, const char*> times[] = {{"wall", "total_ms"}, {"cpu", "cpu_ms"}};
-        for (const auto& [kind, column] : times) {
-            const auto ratio = ratioOf(setting, settings, column);
-            row[kind] =
-                ratio ? Json{{"ratio", rounded(ratio->second)}, {"against", ratio->first}} : Json(nullptr);
-        }
-        equalError.push_back(std::move(row));
-
-        const bool fits = valueOf(setting, "total_ms", "p99").value_or(frameTimeMs + 1) <= frameTimeMs;
         auto found = std::find_if(fitting.begin(), fitting.end(), [&](const Json& f) {
-            return f["method"] == setting["method"] && f["width"] == setting["width"] &&
-                   f["height"] == setting["height"];
+            return f["method"] == setting["method"] && areOfOneSize(f, setting);
         });
         if (found == fitting.end()) {
             fitting.push_back({{"method", setting["method"]},
@@ -115,49 +127,188 @@ Json frontJson(const Json& settings, double frameTimeMs)
                                {"budget", nullptr}});
             found = fitting.end() - 1;
         }
-        const Json& budget = (*found)["budget"];
+        Json& budget = (*found)["budget"];
+        const bool fits = valueOf(setting, "total_ms", "p99").value_or(frameTimeMs + 1) <= frameTimeMs;
         if (fits && (budget.is_null() || budget.get<uint32_t>() < setting["budget"].get<uint32_t>())) {
-            (*found)["budget"] = setting["budget"];
+            budget = setting["budget"];
         }
     }
-    return {{"frame_time_ms", rounded(frameTimeMs)},
-            {"largest_budget_within_frame_time", std::move(fitting)},
-            {"time_at_equal_error", std::move(equalError)}};
+    return fitting;
 }
 
-std::string settingsMarkdown(const Json& settings)
+Json recommended(const Json& settings, double frameTimeMs)
 {
-    using Cell = std::tuple<const char*, const char*, const char*>;
-    constexpr std::array<Cell, 11> kCells{{{"ms p50", "total_ms", "p50"},
-                                           {"ms p99", "total_ms", "p99"},
-                                           {"CPU ms p50", "cpu_ms", "p50"},
-                                           {"tau px p50", "tau_px", "p50"},
-                                           {"error px p99, median frame", "all_error_p99_px", "p50"},
-                                           {"error px max, worst frame", "all_error_max_px", "max"},
-                                           {"bound px, median frame", "bound_px", "p50"},
-                                           {"PSNR dB", "psnr_db", "mean"},
-                                           {"SSIM", "ssim", "mean"},
-                                           {"FLIP", "flip", "mean"},
-                                           {"skyline px", "skyline_mean_px", "mean"}}};
-    std::string text = "| setting |";
-    std::string rule = "|---|";
-    for (const auto& [head, column, quantile] : kCells) {
-        text += fmt::format(" {} |", head);
-        rule += "---|";
-    }
-    text += " bound broken | pops | crack pixels |\n" + rule + "---|---|---|\n";
+    Json best = Json::array(); // one of each size
     for (const Json& setting : settings) {
-        text += fmt::format("| {} |", setting["name"].get<std::string>());
-        for (const auto& [head, column, quantile] : kCells) {
-            const auto value = valueOf(setting, column, quantile);
-            text += value ? fmt::format(" {:.3g} |", *value) : std::string(" - |");
+        const auto p99Ms = valueOf(setting, "total_ms", "p99");
+        const auto errorPx = valueOf(setting, "error_max_px", "p50");
+        if (!isMorphing(setting) || !p99Ms || !errorPx || *p99Ms > frameTimeMs) {
+            continue;
         }
-        for (const char* count : {"bound_broken", "pops", "crack_pixels"}) {
-            text += fmt::format(" {} |", setting["counts"][count].get<uint64_t>());
+        const Json row{{"name", setting["name"]},      {"method", setting["method"]},
+                       {"budget", setting["budget"]},  {"width", setting["width"]},
+                       {"height", setting["height"]},  {"p99_ms", rounded(*p99Ms)},
+                       {"error_px", rounded(*errorPx)}};
+        const auto found = std::find_if(best.begin(), best.end(),
+                                        [&](const Json& other) { return areOfOneSize(other, setting); });
+        if (found == best.end()) {
+            best.push_back(row);
+        } else if (*errorPx < (*found)["error_px"].get<double>()) {
+            *found = row;
         }
-        text += '\n';
     }
-    return text;
+    return best;
+}
+
+// "0", or how many and in which frames of which settings.
+Json countClaim(const char* claim, const Json& settings, const char* count)
+{
+    constexpr size_t kMostNamed = 12; // frames
+    uint64_t total = 0;
+    size_t named = 0;
+    std::string where;
+    for (const Json& setting : settings) {
+        const auto here = setting["counts"][count].get<uint64_t>();
+        // Without a morph tiles pop: that is what it is for.
+        if (here == 0 || (std::string(count) == "pops" && !isMorphing(setting))) {
+            continue;
+        }
+        total += here;
+        where += fmt::format("{}{}", where.empty() ? "" : "; ", setting["name"].get<std::string>());
+        for (const Json& frame : setting["broken"]) {
+            const Json& what = frame["what"];
+            if (std::find(what.begin(), what.end(), count) != what.end() && named++ < kMostNamed) {
+                where += fmt::format(" {}", frame["frame"].get<size_t>());
+            }
+        }
+    }
+    return {{"claim", claim},
+            {"met", total == 0},
+            {"found", total == 0 ? "0" : fmt::format("{} (setting, frames: {})", total, where)}};
+}
+
+// Hybrid's time over that of others at equal error, for the settings of one other method or of all.
+Json ratioClaim(const std::string& claim, const Json& rows, const char* onlyMethod, double most)
+{
+    size_t compared = 0;
+    size_t met = 0;
+    double largest = 0;
+    std::string worst;
+    for (const Json& row : rows) {
+        if (row["wall"].is_null() || (onlyMethod != nullptr && row["method"] != onlyMethod)) {
+            continue;
+        }
+        ++compared;
+        const auto ratio = row["wall"]["ratio"].get<double>();
+        met += ratio <= most ? 1 : 0;
+        if (ratio > largest) {
+            largest = ratio;
+            worst =
+                fmt::format("{} against {}", row["name"].get<std::string>(),
+                            row["method"] == kHybrid ? row["wall"]["against"].get<std::string>() : kHybrid);
+        }
+    }
+    if (compared == 0) {
+        return nullptr;
+    }
+    return {{"claim", claim},
+            {"met", met == compared},
+            {"found", fmt::format("{} of {}; hybrid's time at most {:.3g} times ({})", met, compared, largest,
+                                  worst)}};
+}
+
+// At each budget that both were measured with, hybrid's error is the smaller one.
+Json errorClaim(const Json& settings)
+{
+    const Measure& measure = kMeasures.front();
+    size_t compared = 0;
+    size_t met = 0;
+    double largest = 0;
+    for (const Json& other : settings) {
+        for (const Json& setting : settings) {
+            if (other["method"] != kTiles || setting["method"] != kHybrid || !isMorphing(other) ||
+                !areOfOneSize(other, setting) || other["budget"] != setting["budget"]) {
+                continue;
+            }
+            const auto theirs = pointOf(other, measure);
+            const auto ours = pointOf(setting, measure);
+            if (theirs && ours) {
+                ++compared;
+                met += ours->second <= theirs->second ? 1 : 0;
+                largest = std::max(largest, ours->second / theirs->second);
+            }
+        }
+    }
+    if (compared == 0) {
+        return nullptr;
+    }
+    return {{"claim", "hybrid has less error than geomip at every budget"},
+            {"met", met == compared},
+            {"found", fmt::format("{} of {}; at most {:.3g} times", met, compared, largest)}};
+}
+
+} // namespace
+
+std::optional<double> timeForError(const std::vector<std::pair<double, double>>& curve, double error)
+{
+    std::optional<double> least;
+    const auto consider = [&](double time) { least = std::min(least.value_or(time), time); };
+    for (size_t i = 0; i < curve.size(); ++i) {
+        const auto [timeA, errorA] = curve[i];
+        if (errorA <= error) {
+            consider(timeA);
+        }
+        if (i + 1 == curve.size()) {
+            break;
+        }
+        const auto [timeB, errorB] = curve[i + 1];
+        if (error > std::min(errorA, errorB) && error < std::max(errorA, errorB)) {
+            const double share = std::log(error / errorA) / std::log(errorB / errorA);
+            consider(timeA * std::pow(timeB / timeA, share));
+        }
+    }
+    return least;
+}
+
+Json frontJson(const Json& settings, double frameTimeMs)
+{
+    Json atEqualError = Json::array();
+    for (const Json& setting : settings) {
+        if (!isMorphing(setting)) {
+            continue;
+        }
+        Json row{{"name", setting["name"]}, {"method", setting["method"]}};
+        for (const Measure& measure : kMeasures) {
+            row[measure.name] = hybridRatio(setting, settings, measure);
+        }
+        atEqualError.push_back(std::move(row));
+    }
+    return {{"frame_time_ms", rounded(frameTimeMs)},
+            {"largest_budget_within_frame_time", budgetsWithin(settings, frameTimeMs)},
+            {"recommended", recommended(settings, frameTimeMs)},
+            {"hybrid_at_equal_error", std::move(atEqualError)}};
+}
+
+Json verdictJson(const Json& settings, const Json& front)
+{
+    Json verdict = Json::array();
+    verdict.push_back(countClaim("no frame with a measured error above its bound", settings, "bound_broken"));
+    verdict.push_back(countClaim("no pop where the method morphs", settings, "pops"));
+    verdict.push_back(countClaim("no crack pixel", settings, "crack_pixels"));
+    verdict.push_back(countClaim("no frame above its triangle budget", settings, "over_budget"));
+    const Json& rows = front["hybrid_at_equal_error"];
+    Json better = errorClaim(settings);
+    Json cheaper =
+        ratioClaim("hybrid takes less time than geomip wherever both have an error", rows, kTiles, 1);
+    Json near = ratioClaim(fmt::format("hybrid within {:.0f} % of the better other method at every point",
+                                       100 * (kMostOfOthersTime - 1)),
+                           rows, nullptr, kMostOfOthersTime);
+    for (Json* claim : {&better, &cheaper, &near}) {
+        if (!claim->is_null()) {
+            verdict.push_back(std::move(*claim));
+        }
+    }
+    return verdict;
 }
 
 } // namespace report

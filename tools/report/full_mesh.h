@@ -20,7 +20,7 @@ namespace report {
 
 class FullMesh {
 public:
-    // settings: size, haze, holes and slots of what it is compared with; morph is left out. terrain must
+    // settings: size, haze and holes of what it is compared with, and slots; morph is left out. terrain must
     // outlive it. What gl::Renderer::create fails with.
     static ig::Result<FullMesh> create(const ig::gl::Context& context, ig::gl::RendererSettings settings,
                                        const ig::data::ShadingSettings& shading, FullTerrain& terrain);

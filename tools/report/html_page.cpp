@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tools/report/html_page.h"
 
+#include "tools/report/front.h"
 #include "tools/report/svg_plot.h"
 
 #include <fmt/format.h>
@@ -137,15 +138,15 @@ std::string pareto(const Json& report)
 std::string alongTheFlight(const Json& report)
 {
     struct Line {
-        const char *column, *label;
+        const char *column, *label, *unit;
         bool log;
     };
-    constexpr std::array kLines{Line{"total_ms", "frame time, ms", false},
-                                Line{"error_max_px", "largest geometric error of the sample, px", true},
-                                Line{"bound_px", "the engine's bound, px", true},
-                                Line{"flip", "FLIP", false},
-                                Line{"motion_px", "largest unexplained motion, px a frame", true},
-                                Line{"triangles", "triangles", false}};
+    constexpr std::array kLines{Line{"total_ms", "frame time", "ms", false},
+                                Line{"error_max_px", "largest geometric error of the sample", "px", true},
+                                Line{"bound_px", "the engine's bound", "px", true},
+                                Line{"flip", "FLIP", "FLIP", false},
+                                Line{"motion_px", "largest unexplained motion", "px a frame", false},
+                                Line{"triangles", "triangles", "triangles", false}};
     const double rateHz = report["path"]["rate_hz"].get<double>();
     std::string html;
     for (const auto& [size, methods] : bySize(report)) {
@@ -154,7 +155,7 @@ std::string alongTheFlight(const Json& report)
             Plot plot;
             plot.title = fmt::format("{} along the flight, {}", line.label, size);
             plot.xLabel = "time of flight, s";
-            plot.yLabel = line.label;
+            plot.yLabel = line.unit;
             plot.logY = line.log;
             for (const auto& [method, settings] : methods) {
                 const Json& setting = *settings[settings.size() / 2];
@@ -187,7 +188,9 @@ std::string settingsTable(const Json& report)
                                 Cell{"p99", "total_ms", "p99"},
                                 Cell{"max", "total_ms", "max"},
                                 Cell{"select p50", "select_ms", "p50"},
-                                Cell{"load p99", "load_ms", "p99"},
+                                Cell{"lists p50", "lists_ms", "p50"},
+                                Cell{"upload p50", "load_ms", "p50"},
+                                Cell{"p99", "load_ms", "p99"},
                                 Cell{"draw p50", "draw_ms", "p50"},
                                 Cell{"read p50", "read_back_ms", "p50"},
                                 Cell{"cpu ms p50", "cpu_ms", "p50"},
@@ -213,6 +216,7 @@ std::string settingsTable(const Json& report)
     for (const char* head : {"broken", "no bound", "pops", "cracks", "over budget"}) {
         html += fmt::format("<th>{}</th>", head);
     }
+    html += "<th>MiB resident</th>";
     for (const Cell& cell : kCells) {
         html += fmt::format("<th>{}</th>", cell.head);
     }
@@ -224,6 +228,7 @@ std::string settingsTable(const Json& report)
             const bool bad = value > 0 && std::string_view(count) != "without_bound";
             html += fmt::format("<td class=\"{}\">{}</td>", bad ? "bad" : "", value);
         }
+        html += fmt::format("<td>{:.0f}</td>", setting["resident_bytes"].get<double>() / (1 << 20));
         for (const Cell& cell : kCells) {
             Json value = setting["summary"].contains(cell.column)
                              ? setting["summary"][cell.column][cell.quantile]
@@ -278,6 +283,45 @@ Result<std::string> worstFrames(const Json& report, const std::string& pictureDi
     return html;
 }
 
+// Varied property and flight, in the order of the rows.
+std::vector<std::pair<std::string, std::string>> motionKinds(const Json& rows)
+{
+    std::vector<std::pair<std::string, std::string>> kinds;
+    for (const Json& row : rows) {
+        const std::pair kind{row["varied"].get<std::string>(), row["flight"].get<std::string>()};
+        if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) {
+            kinds.push_back(kind);
+        }
+    }
+    return kinds;
+}
+
+std::string motionPlot(const Json& rows, const std::string& varied, const std::string& flight,
+                       const char* column, std::string title, const char* unit)
+{
+    Plot plot;
+    plot.title = std::move(title);
+    plot.xLabel = varied;
+    plot.yLabel = unit;
+    plot.logY = true;
+    plot.logX = varied.starts_with("packet");
+    for (const Json& row : rows) {
+        if (row["varied"] != varied || row["flight"] != flight) {
+            continue;
+        }
+        const std::string name = row["integrator"].get<std::string>();
+        auto series = std::find_if(plot.series.begin(), plot.series.end(),
+                                   [&](const Series& s) { return s.name == name; });
+        if (series == plot.series.end()) {
+            series = plot.series.insert(
+                series, Series{name, {}, static_cast<int>(plot.series.size()) % kPlotColours});
+        }
+        series->points.emplace_back(row["value"].get<double>(),
+                                    row[column].is_number() ? row[column].get<double>() : 0);
+    }
+    return svgOf(plot);
+}
+
 std::string motion(const Json& report)
 {
     if (!report.contains("motion")) {
@@ -294,35 +338,19 @@ std::string motion(const Json& report)
         number(base["packet_hz"]), number(base["delay_ms"]), number(base["jitter_ms"]),
         number(base["loss_percent"]), number(base["horizon_ms"]), number(base["picture_hz"]),
         number(base["points_ahead_m"]));
-    std::vector<std::pair<std::string, std::string>> kinds; // varied, flight; in order
-    for (const Json& row : report["motion"]["rows"]) {
-        const std::pair kind{row["varied"].get<std::string>(), row["flight"].get<std::string>()};
-        if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) {
-            kinds.push_back(kind);
+    struct Measure {
+        const char *column, *label, *unit;
+    };
+    constexpr std::array kMeasures{Measure{"pixel_p99", "pixels, p99", "px"},
+                                   Measure{"position_rms_m", "position, rms", "m"},
+                                   Measure{"angle_rms_deg", "angle, rms", "degrees"}};
+    for (const auto& [varied, flight] : motionKinds(report["motion"]["rows"])) {
+        // Place and attitude apart against the delay; what is varied else in pixels alone.
+        const size_t measures = varied.starts_with("delay") ? kMeasures.size() : 1;
+        for (size_t i = 0; i < measures; ++i) {
+            html += motionPlot(report["motion"]["rows"], varied, flight, kMeasures[i].column,
+                               fmt::format("{} flight: {}", flight, kMeasures[i].label), kMeasures[i].unit);
         }
-    }
-    for (const auto& [varied, flight] : kinds) {
-        Plot plot;
-        plot.title = fmt::format("{} flight, p99 over {}", flight, varied);
-        plot.xLabel = varied;
-        plot.yLabel = "px";
-        plot.logY = true;
-        plot.logX = varied.starts_with("packet");
-        for (const Json& row : report["motion"]["rows"]) {
-            if (row["varied"] != varied || row["flight"] != flight) {
-                continue;
-            }
-            const std::string name = row["integrator"].get<std::string>();
-            auto series = std::find_if(plot.series.begin(), plot.series.end(),
-                                       [&](const Series& s) { return s.name == name; });
-            if (series == plot.series.end()) {
-                series = plot.series.insert(
-                    series, Series{name, {}, static_cast<int>(plot.series.size()) % kPlotColours});
-            }
-            series->points.emplace_back(row["value"].get<double>(),
-                                        row["pixel_p99"].is_number() ? row["pixel_p99"].get<double>() : 0);
-        }
-        html += svgOf(plot);
     }
     html += "</div>\n<details><summary>Position, angle and pixels of every case</summary><div "
             "class=\"scroll\"><table><tr><th>varied</th><th>value</th><th>flight</th><th>integrator</th>"
@@ -380,12 +408,19 @@ std::string comparison(const Json& report)
         return {};
     }
     const Json& compare = report["compare"];
-    std::string html = fmt::format(
-        "<h2 id=\"compare\">Against the report of {}</h2>\n<p>Ratios now / before over paired frames, "
-        "geometric mean and 95 % confidence interval. Below 1 is less.</p>\n<div "
-        "class=\"scroll\"><table><tr><th>setting</th><th>measure</th><th>ratio</th><th>low</th>"
-        "<th>high</th></tr>\n",
-        textOf(compare["date"]));
+    std::string html = fmt::format("<h2 id=\"compare\">Against the report of {}</h2>\n<p>Ratios now / "
+                                   "before: {}. Below 1 is less.</p>\n",
+                                   textOf(compare["date"]), textOf(compare["method"]));
+    const auto list = [&](const char* what, const char* key) {
+        for (const Json& line : compare[key]) {
+            html += fmt::format("<p>{}: {}</p>\n", what, textOf(line));
+        }
+    };
+    list("Measured differently", "measured_differently");
+    list("Only in this report", "only_now");
+    list("Only in the older one", "only_before");
+    html += "<div class=\"scroll\"><table><tr><th>setting</th><th>measure</th><th>ratio</th><th>low</th>"
+            "<th>high</th></tr>\n";
     for (const Json& setting : compare["settings"]) {
         for (const auto& [column, ratio] : setting.items()) {
             if (!ratio.is_object()) {
@@ -407,16 +442,13 @@ std::string comparison(const Json& report)
 
 std::string verdict(const Json& report)
 {
-    const Json& outcome = report["outcome"];
-    std::string html = "<ul>\n";
-    const auto line = [&](const char* key, const char* what) {
-        const auto value = outcome[key].get<uint64_t>();
-        html += fmt::format("<li class=\"{}\">{}: {}</li>\n", value > 0 ? "bad" : "good", what, value);
-    };
-    line("frames_with_broken_bound", "frames with a measured error above the engine's bound");
-    line("frames_with_a_pop", "frames with a pop, over settings that morph");
-    line("crack_pixels", "crack pixels");
-    line("frames_over_budget", "frames above the triangle budget");
+    std::string html = "<ul class=\"verdict\">\n";
+    for (const Json& claim : report["verdict"]) {
+        const bool met = claim["met"].get<bool>();
+        html += fmt::format("<li class=\"{}\">{}: {}. <span class=\"soft\">{}</span></li>\n",
+                            met ? "good" : "bad", met ? "met" : "not met", textOf(claim["claim"]),
+                            textOf(claim["found"]));
+    }
     return html + "</ul>\n";
 }
 
@@ -433,18 +465,35 @@ std::string front(const Json& report)
                             : fmt::format("up to {} triangles keep p99 within {} ms", textOf(fits["budget"]),
                                           number(front["frame_time_ms"])));
     }
-    html += "</ul>\n<p>Median time over that of the cheapest other method at the same measured error "
-            "(largest of the "
-            "sample, median frame); a dash where no other method has that error.</p>\n<div "
-            "class=\"scroll\"><table><tr><th>setting</th><th>frame time</th><th>against</th><th>CPU "
-            "time</th><th>against</th></tr>\n";
-    for (const Json& row : front["time_at_equal_error"]) {
-        html += fmt::format("<tr><td>{}</td>", textOf(row["name"]));
-        for (const char* kind : {"wall", "cpu"}) {
-            const Json& ratio = row[kind];
-            html += ratio.is_null() ? "<td>&ndash;</td><td></td>"
-                                    : fmt::format("<td>{}</td><td>{}</td>", number(ratio["ratio"]),
-                                                  textOf(ratio["against"]));
+    html += "</ul>\n";
+    for (const Json& best : front["recommended"]) {
+        html += fmt::format(
+            "<p>Recommended at {} x {}, the smallest error whose p99 frame time is within {} ms: "
+            "<code>terrain.method = \"{}\"</code>, <code>terrain.triangle_budget = {}</code>.</p>\n",
+            textOf(best["width"]), textOf(best["height"]), number(front["frame_time_ms"]),
+            textOf(best["method"]), textOf(best["budget"]));
+    }
+    if (front["recommended"].empty()) {
+        html += fmt::format("<p>None of these settings keeps the p99 of its frame time within {} ms: none is "
+                            "recommended.</p>\n",
+                            number(front["frame_time_ms"]));
+    }
+    html +=
+        "<p>Median time of hybrid over that of another method at the same measured error: for a setting of "
+        "hybrid against the cheapest other method, for one of another method the least that hybrid takes for "
+        "its error. Error is the largest of the sample in the median frame, or where stated the p99 of the "
+        "posts or FLIP. A dash where one of the two has no error as small, or hybrid none as "
+        "large.</p>\n<div "
+        "class=\"scroll\"><table><tr><th>at the error of</th><th>against</th><th>frame time</th><th>CPU "
+        "time</th><th>frame time by p99 of posts</th><th>by FLIP</th></tr>\n";
+    for (const Json& row : front["hybrid_at_equal_error"]) {
+        html += fmt::format("<tr><td>{}</td><td>{}</td>", textOf(row["name"]),
+                            row["wall"].is_null() ? "&ndash;" : textOf(row["wall"]["against"]));
+        for (const char* measure : {"wall", "cpu", "wall_by_p99", "wall_by_flip"}) {
+            const Json& ratio = row[measure];
+            const bool bad = !ratio.is_null() && ratio["ratio"].get<double>() > kMostOfOthersTime;
+            html += fmt::format("<td class=\"{}\">{}</td>", bad ? "bad" : "",
+                                ratio.is_null() ? "&ndash;" : number(ratio["ratio"]));
         }
         html += "</tr>\n";
     }
@@ -465,7 +514,8 @@ std::string details(const Json& report)
                         textOf(report["seconds"]));
     html += R"(<ul>
 <li>Time: wall time of a frame from selection to the picture in memory, in a run of its own with nothing measured
-in between. Selection includes the making of index lists, loading the upload. On a driver that defers, most of the
+in between. Selection, making of index lists, and upload (pages read, decoded, made into meshes and handed to GL) are
+apart. On a driver that defers, most of the
 drawing shows in the reading back.</li>
 <li>Geometric error: distance on the screen between a full-resolution post that is inside the frustum and the point of
 the drawn, morphed surface with its grid coordinates, worked out from the draw list and the dataset; hidden posts

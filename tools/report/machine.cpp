@@ -70,6 +70,8 @@ nlohmann::ordered_json machineJson(const ig::gl::ContextInfo& driver)
         {"memory_gib", std::strtol(valueOf("/proc/meminfo", "MemTotal").c_str(), nullptr, 10) / kKibPerGib},
         {"kernel", std::string(system.sysname) + ' ' + system.release + ' ' + system.machine},
         {"load_at_start", loadAverage()},
+        {"energy", EnergyMeter().isTold() ? "as the processor package counts it (RAPL)"
+                                          : "not told by this platform (no readable /sys/class/powercap)"},
         {"driver", driver.renderer + " / " + driver.version},
         {"platform", driver.platform},
         {"compiler", __VERSION__},

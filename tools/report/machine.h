@@ -14,13 +14,14 @@ namespace report {
 class EnergyMeter {
 public:
     EnergyMeter();
+    bool isTold() const noexcept { return !_file.empty(); }
     double joules() const; // since any time; 0 where it is not told
 
 private:
     std::string _file; // empty: there is none
 };
 
-// Processor, cores, memory, load, kernel, driver, compiler, version and build.
+// Processor, cores, memory, load, energy counter, kernel, driver, compiler, version and build.
 nlohmann::ordered_json machineJson(const ig::gl::ContextInfo& driver);
 
 double loadAverage();     // of the last minute

@@ -110,7 +110,8 @@ int main(int argc, char** argv)
         ->check(ig::app::within(129, 16'385));
     app.add_flag("--quiet", options.quiet, "No progress bar");
     app.footer(
-        "Exit codes: 0 written, 1 written but a bound was broken, or the run failed, 2 usage, 3 no usable "
+        "Exit codes: 0 written, 1 written but a bound of the error or the triangle budget was broken, or the "
+        "run failed, 2 usage, 3 no usable "
         "EGL / OpenGL ES, 4 dataset unreadable or damaged.");
     if (const auto ended = ig::app::parseCommandLine(app, argc, argv)) {
         return *ended;
@@ -132,5 +133,6 @@ int main(int argc, char** argv)
         outcome->settings, options.directory.c_str(), static_cast<unsigned long long>(outcome->boundBroken),
         static_cast<unsigned long long>(outcome->pops), static_cast<unsigned long long>(outcome->overBudget),
         static_cast<unsigned long long>(outcome->crackPixels));
-    return outcome->boundBroken > 0 ? ig::exitCode(ig::ErrorKind::failed) : 0;
+    std::fputs(outcome->verdict.c_str(), stdout);
+    return outcome->keepsBounds() ? 0 : ig::exitCode(ig::ErrorKind::failed);
 }

@@ -6,8 +6,11 @@
 #include "tools/report/flip.h"
 #include "tools/report/machine.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <limits>
 #include <utility>
 
@@ -61,6 +64,13 @@ std::vector<std::byte> heatOf(const std::vector<float>& map)
     return rgba;
 }
 
+// The frame that looks most unlike the true one, kept as it was.
+struct Worst {
+    size_t frame = 0;
+    double flip = -1;
+    std::vector<std::byte> drawn, difference;
+};
+
 struct Compared {
     PictureError error;
     FlipDifference flip;
@@ -80,11 +90,89 @@ Compared compare(const PictureView& drawn, const PictureView& truth, const ViewS
     return out;
 }
 
-// The frame that looks most unlike the true one, kept as it was.
-struct Worst {
-    size_t frame = 0;
-    double flip = -1;
-    std::vector<std::byte> drawn, difference;
+// Measures each frame on two threads, its surface on one and its picture on the other, while the next one is
+// drawn on the thread of the context.
+class FrameMeter {
+public:
+    FrameMeter(const MeasureOptions& options, Truth& truth, SurfaceMeter& surface, gl::Morph morph,
+               std::vector<FrameRecord>& frames)
+        : _options(options), _truth(truth), _meter(surface), _morph(morph), _frames(frames),
+          _drawn(truth.terrain().dataset())
+    {
+        _meter.startFlight();
+    }
+
+    // The picture is copied, so that the next one can be drawn.
+    void start(size_t frame, const lod::DrawList& list, std::span<const std::byte> rgba)
+    {
+        _frame = frame;
+        _list = list;
+        _rgba.assign(rgba.begin(), rgba.end());
+        _surfaceDone = std::async(std::launch::async, [this] { measureSurface(); });
+        _pictureDone = std::async(std::launch::async, [this] { measurePicture(); });
+    }
+
+    // Waits for the frame that was started, if one was. On the thread of the context.
+    void finish()
+    {
+        if (!_surfaceDone.valid()) {
+            return;
+        }
+        _surfaceDone.get();
+        _pictureDone.get();
+        FrameRecord& frame = _frames[_frame];
+        if (_truth.hasPicture(_frame)) {
+            frame.picture = _compared.error;
+            frame.crackPixels = crackPixels(picture(), _truth.picture(_frame), crackMarginPx(frame));
+            if (_compared.error.flip > _worst.flip) {
+                _worst = {_frame, _compared.error.flip, _rgba, heatOf(_compared.flip.map)};
+            }
+        } else if (!_enclosed.empty()) {
+            frame.crackPixels = insideTerrain(_enclosed, _truth.drawNow(_frame), crackMarginPx(frame));
+        }
+    }
+
+    const Worst& worst() const noexcept { return _worst; }
+
+private:
+    const ViewState& view() const { return _truth.views()[_frame]; }
+    PictureView picture() const { return {view().widthPx, view().heightPx, _rgba}; }
+
+    void measureSurface()
+    {
+        const auto& triangles = _drawn.triangles(_list, view(), _morph);
+        FrameRecord& frame = _frames[_frame];
+        const SurfaceMeter::Frame measured = _meter.measure(triangles, view(), _truth.pagesInView(_frame));
+        frame.sample = measured.error;
+        frame.motion = measured.motion;
+        if (_frame % static_cast<size_t>(_options.allPostsEvery) == 0) {
+            frame.all = _meter.measureAll(triangles, view(), _truth.pagesInView(_frame));
+        }
+    }
+
+    void measurePicture()
+    {
+        if (_truth.hasPicture(_frame)) {
+            _compared = compare(picture(), _truth.picture(_frame), view());
+        } else {
+            _enclosed = enclosedSky(picture());
+        }
+    }
+
+    const MeasureOptions& _options;
+    Truth& _truth;
+    SurfaceMeter& _meter;
+    gl::Morph _morph;
+    std::vector<FrameRecord>& _frames;
+    DrawnSurface _drawn;
+    Worst _worst;
+    // Of the frame at hand.
+    size_t _frame = 0;
+    lod::DrawList _list;
+    std::vector<std::byte> _rgba;
+    Compared _compared;
+    std::vector<uint32_t> _enclosed;
+    std::future<void> _surfaceDone, _pictureDone; // last: they end before what they use
 };
 
 Result<Json> writeWorst(const Worst& worst, const PictureView& truth, const std::string& directory,
@@ -112,29 +200,49 @@ Result<Json> writeWorst(const Worst& worst, const PictureView& truth, const std:
     return json;
 }
 
+// Infinite where the engine states none, which is 1e30 there (ig/lod/bounds.h).
+double boundOf(const lod::LodStats& stats)
+{
+    constexpr float kNone = 1e29F;
+    return stats.errorPx < kNone ? double{stats.errorPx} : std::numeric_limits<double>::infinity();
+}
+
+uint64_t grownSince(uint64_t residentBefore)
+{
+    const uint64_t now = residentBytes();
+    return now > residentBefore ? now - residentBefore : 0;
+}
+
 } // namespace
 
-Result<Truth> Truth::create(const gl::Context& context, const gl::RendererSettings& settings,
+Result<Truth> Truth::create(const gl::Context& context, gl::RendererSettings settings,
                             const data::ShadingSettings& shading, FullTerrain& terrain,
                             std::vector<ViewState> views, int pictureEvery, const Progress& progress)
 {
+    std::vector<std::vector<uint32_t>> pages;
+    size_t mostPages = 1;
+    for (const ViewState& view : views) {
+        pages.push_back(terrain.pagesInView(view));
+        mostPages = std::max(mostPages, pages.back().size());
+    }
+    // Pages that stay on the GPU need not be made again for every picture: 140 KB each.
+    constexpr size_t kMostSlots = 3072;
+    settings.pageSlots = static_cast<uint32_t>(std::min(mostPages, kMostSlots));
     auto mesh = FullMesh::create(context, settings, shading, terrain);
     if (!mesh) {
         return Unexpected{mesh.error()};
     }
     Truth truth(*std::move(mesh), terrain);
     truth._views = std::move(views);
+    truth._pages = std::move(pages);
     truth._pictures.resize(truth._views.size());
     truth._scratch.resize(4 * static_cast<size_t>(settings.widthPx) * static_cast<size_t>(settings.heightPx));
     size_t pictures = 0;
-    for (size_t frame = 0; frame < truth._views.size(); ++frame) {
-        truth._pages.push_back(terrain.pagesInView(truth._views[frame]));
-        if (frame % static_cast<size_t>(pictureEvery) == 0) {
-            (void)truth.drawNow(frame);
-            truth._pictures[frame] = truth._scratch;
-            truth._meanTriangles += static_cast<double>(truth._mesh.triangles());
-            ++pictures;
-        }
+    for (size_t frame = 0; frame < truth._views.size(); frame += static_cast<size_t>(pictureEvery)) {
+        (void)truth.drawNow(frame);
+        truth._pictures[frame] = truth._scratch;
+        truth._meanTriangles += static_cast<double>(truth._mesh.triangles());
+        ++pictures;
         progress(static_cast<double>(frame + 1) / static_cast<double>(truth._views.size()));
     }
     truth._meanTriangles /= static_cast<double>(std::max<size_t>(pictures, 1));
@@ -160,8 +268,10 @@ Result<Json> measureSetting(const gl::Context& context, const Scene& scene, cons
     const std::vector<ViewState>& views = truth.views();
     std::vector<FrameRecord> frames(views.size());
     constexpr double kTimedShare = 0.3; // of the work, for the progress bar
-    uint64_t gpuBytes = 0;
+    Memory memory;
     {
+        malloc_trim(0); // what was freed before is not to be taken for the run's
+        const uint64_t residentBefore = residentBytes();
         auto run = EngineRun::create(context, scene, setting, log);
         if (!run) {
             return Unexpected{run.error()};
@@ -179,7 +289,7 @@ Result<Json> measureSetting(const gl::Context& context, const Scene& scene, cons
             frames[i].energyJ = energy.joules() - before;
             progress(kTimedShare * static_cast<double>(i + 1) / static_cast<double>(views.size()));
         }
-        gpuBytes = run->gpuBytes();
+        memory = {run->gpuBytes(), grownSince(residentBefore)};
     }
     auto run = EngineRun::create(context, scene, setting, log);
     if (!run) {
@@ -188,42 +298,22 @@ Result<Json> measureSetting(const gl::Context& context, const Scene& scene, cons
     if (auto warm = run->warmUp(views.front()); !warm) {
         return Unexpected{warm.error()};
     }
-    DrawnSurface surface(truth.terrain().dataset());
-    meter.startFlight();
-    Worst worst;
+    FrameMeter frameMeter(options, truth, meter, run->morph(), frames);
     for (size_t i = 0; i < views.size(); ++i) {
-        FrameRecord& frame = frames[i];
         const app::FrameStats stats = run->frame(views[i]).stats;
+        frameMeter.finish(); // of the frame before
+        FrameRecord& frame = frames[i];
         frame.isSame =
             stats.lod.triangles == frame.stats.lod.triangles && stats.lod.errorPx == frame.stats.lod.errorPx;
-        frame.boundPx = double{stats.lod.errorPx};
+        frame.boundPx = boundOf(stats.lod);
         frame.tauPx = double{stats.lod.tauPx};
-        const auto& triangles = surface.triangles(run->drawList(), views[i], run->morph());
-        const SurfaceMeter::Frame measured = meter.measure(triangles, views[i], truth.pagesInView(i));
-        frame.sample = measured.error;
-        frame.motion = measured.motion;
-        if (i % static_cast<size_t>(options.allPostsEvery) == 0) {
-            frame.all = meter.measureAll(triangles, views[i], truth.pagesInView(i));
-        }
-        const PictureView drawn{views[i].widthPx, views[i].heightPx, run->rgba()};
-        if (truth.hasPicture(i)) {
-            const PictureView right = truth.picture(i);
-            Compared compared = compare(drawn, right, views[i]);
-            frame.picture = compared.error;
-            frame.crackPixels = crackPixels(drawn, right, crackMarginPx(frame));
-            if (compared.error.flip > worst.flip) {
-                worst = {i,
-                         compared.error.flip,
-                         {drawn.rgba.begin(), drawn.rgba.end()},
-                         heatOf(compared.flip.map)};
-            }
-        } else if (const std::vector<uint32_t> enclosed = enclosedSky(drawn); !enclosed.empty()) {
-            frame.crackPixels = insideTerrain(enclosed, truth.drawNow(i), crackMarginPx(frame));
-        }
+        frameMeter.start(i, run->drawList(), run->rgba());
         progress(kTimedShare +
                  (1 - kTimedShare) * static_cast<double>(i + 1) / static_cast<double>(views.size()));
     }
-    Json json = settingJson(setting, frames, options.boundScale, gpuBytes);
+    frameMeter.finish();
+    const Worst& worst = frameMeter.worst();
+    Json json = settingJson(setting, frames, options.boundScale, memory);
     auto written = writeWorst(worst, truth.picture(worst.frame), options.pictureDir, setting.name());
     if (!written) {
         return Unexpected{written.error()};

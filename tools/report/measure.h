@@ -31,8 +31,8 @@ using Progress = std::function<void(double share)>;
 class Truth {
 public:
     // views: of the path, all of one size. Draws every pictureEvery-th frame. settings: of the renderers that
-    // are compared. Errors (graphics, dataset).
-    static ig::Result<Truth> create(const ig::gl::Context& context, const ig::gl::RendererSettings& settings,
+    // are compared; the slots are its own. Errors (graphics, dataset).
+    static ig::Result<Truth> create(const ig::gl::Context& context, ig::gl::RendererSettings settings,
                                     const ig::data::ShadingSettings& shading, FullTerrain& terrain,
                                     std::vector<ig::ViewState> views, int pictureEvery,
                                     const Progress& progress);

@@ -32,6 +32,10 @@ Json motionJson(const ig::ViewState& view)
                                     {"jitter, ms", &Link::jitterS, kMs, {0, 5, 10, 20, 50}},
                                     {"loss, %", &Link::loss, 0.01, {0, 1, 5, 10, 20}},
                                     {"horizon, ms", &Link::horizonS, kMs, {0, 10, 20, 50, 100}}};
+    std::vector<TrueFlight> flights;
+    for (size_t violence = 0; violence < kViolenceNames.size(); ++violence) {
+        flights.emplace_back(static_cast<Violence>(violence));
+    }
     Json rows = Json::array();
     for (const Sweep& sweep : sweeps) {
         for (const double value : sweep.values) {
@@ -39,8 +43,8 @@ Json motionJson(const ig::ViewState& view)
             link.*sweep.member = value * sweep.scale;
             for (size_t violence = 0; violence < kViolenceNames.size(); ++violence) {
                 for (size_t integrator = 0; integrator < kIntegratorNames.size(); ++integrator) {
-                    const ExtrapolationError error = extrapolationError(
-                        static_cast<Integrator>(integrator), static_cast<Violence>(violence), link, view);
+                    const ExtrapolationError error = extrapolationError(static_cast<Integrator>(integrator),
+                                                                        flights[violence], link, view);
                     rows.push_back({{"varied", sweep.what},
                                     {"value", value},
                                     {"flight", std::string(kViolenceNames[violence])},

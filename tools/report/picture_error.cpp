@@ -38,6 +38,18 @@ int topmostTerrain(const PictureView& picture, int column)
     return picture.heightPx;
 }
 
+// Whether every sky pixel has sky above it up to the border, so that none is enclosed: most pictures.
+bool skyHangsFromTop(const PictureView& picture)
+{
+    const auto width = static_cast<size_t>(picture.widthPx);
+    for (size_t pixel = width; pixel < picture.pixels(); ++pixel) {
+        if (!picture.isTerrain(pixel) && picture.isTerrain(pixel - width)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 // By pixel: whether the square of marginPx round it, as far as it lies in the picture, is all terrain.
 std::vector<bool> deepInTerrain(const PictureView& picture, int marginPx)
 {
@@ -144,6 +156,9 @@ std::vector<uint32_t> enclosedSky(const PictureView& picture)
 {
     const int width = picture.widthPx;
     const int height = picture.heightPx;
+    if (skyHangsFromTop(picture)) {
+        return {};
+    }
     const auto at = [width](int column, int row) {
         return static_cast<uint32_t>(row) * static_cast<uint32_t>(width) + static_cast<uint32_t>(column);
     };

@@ -56,8 +56,13 @@ std::span<const Column> columns() noexcept;
 
 // The setting, its counts, the quantiles of every column and the columns by frame. boundScale: a frame breaks
 // the bound where its error is larger than bound times this.
+struct Memory {
+    uint64_t gpuBytes = 0;
+    uint64_t residentBytes =
+        0; // that the process grew by; with a driver in software the former is part of it
+};
 Json settingJson(const Setting& setting, const std::vector<FrameRecord>& frames, double boundScale,
-                 uint64_t gpuBytes);
+                 const Memory& memory);
 
 // A row per setting and frame.
 void writeCsv(const Json& settings, std::FILE* file);

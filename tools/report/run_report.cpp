@@ -6,6 +6,7 @@
 #include "tools/report/front.h"
 #include "tools/report/html_page.h"
 #include "tools/report/machine.h"
+#include "tools/report/markdown.h"
 #include "tools/report/motion_part.h"
 #include "tools/report/scaling_part.h"
 #include "tools/terrain/progress.h"
@@ -27,6 +28,8 @@ namespace report {
 using namespace ig;
 
 namespace {
+
+constexpr int kReportFormat = 2; // of report.json and of what --resume takes again
 
 class PrintedLog final : public LogSink {
 public:
@@ -99,7 +102,8 @@ std::string utcNow()
 Json keyOf(const ReportOptions& options, const Path& path, const data::DatasetInfo& info)
 {
     const MeasureOptions& m = options.measure;
-    return {{"terrain", hex(info.checksum)},
+    return {{"report", kReportFormat},
+            {"terrain", hex(info.checksum)},
             {"path", hex(path.hash)},
             {"version", EYEPOINT_VERSION},
             {"block", m.blockPosts},
@@ -123,10 +127,12 @@ public:
     Progress truth() { return step(kTruth); }
     Progress setting() { return step(1); }
     Progress scaling() { return step(kScaling); }
-    void skipSetting() { _done += 1; }
+    // What need not be done counts as if it had never been asked for, or the time left would be too short.
+    void skipSetting() { _total -= 1; }
+    void skipTruth() { _total -= kTruth; }
 
 private:
-    static constexpr double kTruth = 3; // in settings
+    static constexpr double kTruth = 1; // in settings
     static constexpr double kScaling = 4;
     Progress step(double size)
     {
@@ -145,7 +151,7 @@ Json headJson(const ReportOptions& options, const data::Dataset& dataset, const 
               const gl::ContextInfo& driver)
 {
     const data::DatasetInfo& info = dataset.info();
-    return {{"eyepoint_report", 1},
+    return {{"eyepoint_report", kReportFormat},
             {"date", utcNow()},
             {"command", options.command},
             {"machine", machineJson(driver)},
@@ -176,6 +182,7 @@ Json headJson(const ReportOptions& options, const data::Dataset& dataset, const 
 Outcome outcomeOf(const Json& settings)
 {
     Outcome outcome;
+    outcome.settings = settings.size();
     for (const Json& setting : settings) {
         const Json& counts = setting["counts"];
         outcome.boundBroken += counts["bound_broken"].get<uint64_t>();
@@ -184,9 +191,18 @@ Outcome outcomeOf(const Json& settings)
             outcome.pops += counts["pops"].get<uint64_t>();
         }
         outcome.crackPixels += counts["crack_pixels"].get<uint64_t>();
-        ++outcome.settings;
     }
     return outcome;
+}
+
+std::string verdictText(const Json& verdict)
+{
+    std::string text;
+    for (const Json& claim : verdict) {
+        text += fmt::format("{:8} {}. {}\n", claim["met"].get<bool>() ? "met" : "NOT MET",
+                            claim["claim"].get<std::string>(), claim["found"].get<std::string>());
+    }
+    return text;
 }
 
 } // namespace
@@ -238,7 +254,6 @@ Result<Outcome> runReport(const ReportOptions& options)
     Json done = Json::array();
     for (const auto& size : options.sizes) {
         std::optional<Truth> truth; // drawn when the first setting needs it
-        const Progress truthProgress = steps.truth();
         for (const Setting& setting : settings) {
             if (std::array{setting.widthPx, setting.heightPx} != size) {
                 continue;
@@ -255,7 +270,7 @@ Result<Outcome> runReport(const ReportOptions& options)
                 auto made = Truth::create(*context,
                                           rendererSettings(options.scene, setting, dataset->info().hasHoles),
                                           options.scene.shading, terrain, path->sized(size[0], size[1]),
-                                          measure.pictureEvery, truthProgress);
+                                          measure.pictureEvery, steps.truth());
                 if (!made) {
                     return Unexpected{made.error()};
                 }
@@ -271,9 +286,13 @@ Result<Outcome> runReport(const ReportOptions& options)
             }
             done.push_back(*std::move(measured));
         }
+        if (!truth) {
+            steps.skipTruth();
+        }
     }
     json["settings"] = std::move(done);
     json["front"] = frontJson(json["settings"], options.frameTimeMs);
+    json["verdict"] = verdictJson(json["settings"], json["front"]);
     if (options.motion) {
         ViewState view = path->views.front();
         view.widthPx = options.sizes.front()[0];
@@ -295,7 +314,8 @@ Result<Outcome> runReport(const ReportOptions& options)
     json["machine"]["resident_mib"] = residentBytes() >> 20;
     json["seconds"] =
         std::lround(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-    const Outcome outcome = outcomeOf(json["settings"]);
+    Outcome outcome = outcomeOf(json["settings"]);
+    outcome.verdict = verdictText(json["verdict"]);
     json["outcome"] = {{"settings", outcome.settings},
                        {"frames_with_broken_bound", outcome.boundBroken},
                        {"frames_with_a_pop", outcome.pops},
@@ -308,7 +328,7 @@ Result<Outcome> runReport(const ReportOptions& options)
     if (auto written = writeCsvFile(base + ".csv", json["settings"]); !written) {
         return Unexpected{written.error()};
     }
-    if (auto written = writeText(base + ".md", settingsMarkdown(json["settings"])); !written) {
+    if (auto written = writeText(base + ".md", reportMarkdown(json)); !written) {
         return Unexpected{written.error()};
     }
     auto page = htmlPage(json, parts);

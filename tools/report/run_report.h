@@ -35,6 +35,9 @@ struct ReportOptions {
 struct Outcome {
     uint64_t boundBroken = 0, pops = 0, crackPixels = 0, overBudget = 0; // frames, frames, pixels, frames
     size_t settings = 0;
+    std::string verdict; // a line per claim, see verdictJson
+
+    bool keepsBounds() const noexcept { return boundBroken == 0 && overBudget == 0; }
 };
 
 ig::Result<Outcome> runReport(const ReportOptions& options);

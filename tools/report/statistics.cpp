@@ -79,7 +79,7 @@ Ratio pairedRatio(std::span<const double> before, std::span<const double> now)
     }
     const double mean = std::accumulate(logs.begin(), logs.end(), 0.0) / static_cast<double>(logs.size());
     result.mean = std::exp(mean);
-    if (logs.size() < 2 * kBatches) {
+    if (logs.size() < kBatches) {
         result.low = 0;
         result.high = std::numeric_limits<double>::infinity();
         return result;

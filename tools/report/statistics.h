@@ -24,9 +24,11 @@ struct Slope {
 Slope slopeOf(std::span<const double> x, std::span<const double> y);
 
 // Geometric mean of now / before over pairs, with a 95 % confidence interval from the means of 20 runs of
-// consecutive pairs (batch means: neighbouring frames are alike, so that single pairs would promise too
-// much). Pairs with a value that is not positive and finite are left out. With fewer than 40 pairs the
-// interval is the whole line.
+// consecutive pairs (Student's t on the means of the logarithms; neighbouring frames are alike, so that
+// single pairs would promise too much). Pairs with a value that is not positive and finite are left out. With
+// fewer than 20 pairs the interval is the whole line.
+inline constexpr const char* kRatioMethod =
+    "geometric mean of the frames' ratios; 95 % by Student's t over the means of 20 runs of frames";
 struct Ratio {
     double mean = 1, low = 1, high = 1;
     size_t pairs = 0;

@@ -78,11 +78,6 @@ uint64_t hashOf(uint64_t value)
     return value ^ (value >> 31);
 }
 
-bool inPicture(const ViewState& view, const glm::dvec2& pixel)
-{
-    return pixel.x >= 0 && pixel.y >= 0 && pixel.x <= view.widthPx && pixel.y <= view.heightPx;
-}
-
 } // namespace
 
 std::optional<glm::dvec2> pixelOf(const ViewState& view, const glm::dvec3& relativeToEye) noexcept
@@ -206,16 +201,43 @@ SurfaceError SurfaceMeter::summary()
 
 namespace {
 
-// Pixels between the true and the drawn place of a post; negative where the post is not in view.
-double errorPx(const ViewState& view, const glm::dvec3& truth, const glm::dvec3& drawn)
-{
-    const std::optional<glm::dvec2> right = pixelOf(view, truth);
-    if (!right || !inPicture(view, *right) || -(view.eyeFromEcef * truth).z < view.frustum.nearM) {
-        return -1;
+// pixelOf() for millions of points of one view.
+class Projector {
+public:
+    explicit Projector(const ViewState& view)
+        : _eyeFromEcef(view.eyeFromEcef), _left(view.frustum.left), _top(view.frustum.top),
+          _scaleX(view.widthPx / (view.frustum.right - view.frustum.left)),
+          _scaleY(view.heightPx / (view.frustum.top - view.frustum.bottom)), _widthPx(view.widthPx),
+          _heightPx(view.heightPx), _nearM(view.frustum.nearM)
+    {
     }
-    const std::optional<glm::dvec2> shown = pixelOf(view, drawn);
-    return shown ? glm::length(*shown - *right) : std::numeric_limits<double>::infinity();
-}
+
+    // False: at or behind the eye, or nearer than nearM.
+    bool project(const glm::dvec3& relativeToEye, double nearM, glm::dvec2& pixel) const noexcept
+    {
+        const glm::dvec3 eye = _eyeFromEcef * relativeToEye;
+        const double perDepth = -1 / eye.z;
+        pixel = {(eye.x * perDepth - _left) * _scaleX, (_top - eye.y * perDepth) * _scaleY};
+        return eye.z < 0 && -eye.z >= nearM;
+    }
+
+    // Pixels between the true and the drawn place of a post, and where that is shown; negative where the post
+    // is not in view.
+    double errorPx(const glm::dvec3& truth, const glm::dvec3& drawn, glm::dvec2& shown) const noexcept
+    {
+        glm::dvec2 right;
+        if (!project(truth, _nearM, right) || !(right.x >= 0 && right.y >= 0) || right.x > _widthPx ||
+            right.y > _heightPx) {
+            return -1;
+        }
+        return project(drawn, 0, shown) ? glm::length(shown - right)
+                                        : std::numeric_limits<double>::infinity();
+    }
+
+private:
+    glm::dmat3 _eyeFromEcef;
+    double _left, _top, _scaleX, _scaleY, _widthPx, _heightPx, _nearM;
+};
 
 } // namespace
 
@@ -225,6 +247,7 @@ SurfaceMeter::Frame SurfaceMeter::measure(const std::vector<DrawnTriangle>& tria
     ++_frame;
     enter(pagesInView, true);
     Frame frame;
+    const Projector projector(view);
     const auto blocksAcross = static_cast<int64_t>(lod::kPageIntervals / _block);
     for (const DrawnTriangle& triangle : triangles) {
         forBlocks(
@@ -237,7 +260,8 @@ SurfaceMeter::Frame SurfaceMeter::measure(const std::vector<DrawnTriangle>& tria
                     return;
                 }
                 const glm::dvec3 drawn = grid.point(triangle.place, column, row);
-                const double error = errorPx(view, sample.truth - view.eye.m, drawn);
+                glm::dvec2 now;
+                const double error = projector.errorPx(sample.truth - view.eye.m, drawn, now);
                 if (error < 0) {
                     return;
                 }
@@ -247,17 +271,15 @@ SurfaceMeter::Frame SurfaceMeter::measure(const std::vector<DrawnTriangle>& tria
                     _worst.worstColumn = static_cast<uint32_t>(column);
                     _worst.worstRow = static_cast<uint32_t>(row);
                 }
-                if (sample.frame == _frame - 1) {
-                    const auto now = pixelOf(view, drawn);
-                    const auto before = pixelOf(view, sample.drawn - view.eye.m);
-                    if (now && before) {
-                        ++frame.motion.posts;
-                        const double motion = glm::length(*now - *before);
-                        if (motion > frame.motion.maxPx) {
-                            frame.motion.maxPx = motion;
-                            frame.motion.worstColumn = static_cast<uint32_t>(column);
-                            frame.motion.worstRow = static_cast<uint32_t>(row);
-                        }
+                glm::dvec2 before;
+                if (sample.frame == _frame - 1 && std::isfinite(error) &&
+                    projector.project(sample.drawn - view.eye.m, 0, before)) {
+                    ++frame.motion.posts;
+                    const double motion = glm::length(now - before);
+                    if (motion > frame.motion.maxPx) {
+                        frame.motion.maxPx = motion;
+                        frame.motion.worstColumn = static_cast<uint32_t>(column);
+                        frame.motion.worstRow = static_cast<uint32_t>(row);
                     }
                 }
                 sample.frame = _frame;
@@ -273,6 +295,7 @@ SurfaceError SurfaceMeter::measureAll(const std::vector<DrawnTriangle>& triangle
                                       const std::vector<uint32_t>& pagesInView)
 {
     enter(pagesInView, false);
+    const Projector projector(view);
     for (const DrawnTriangle& triangle : triangles) {
         forBlocks(
             triangle, 1,
@@ -282,7 +305,9 @@ SurfaceError SurfaceMeter::measureAll(const std::vector<DrawnTriangle>& triangle
                 }
                 const glm::dvec3 truth =
                     page.full->place(static_cast<size_t>(x), static_cast<size_t>(y)) - view.eye.m;
-                const double error = errorPx(view, truth, grid.point(triangle.place, column + x, row + y));
+                glm::dvec2 shown;
+                const double error =
+                    projector.errorPx(truth, grid.point(triangle.place, column + x, row + y), shown);
                 if (error < 0) {
                     return;
                 }

@@ -57,6 +57,14 @@ private:
     double _high = -std::numeric_limits<double>::infinity();
 };
 
+// Four digits, and no exponent where the number is as short without one.
+std::string tickText(double tick)
+{
+    constexpr double kMostPlain = 1e6;
+    return std::abs(tick) >= 1e4 && std::abs(tick) < kMostPlain ? fmt::format("{:.0f}", tick)
+                                                                : fmt::format("{:.4g}", tick);
+}
+
 } // namespace
 
 std::string escaped(std::string_view text)
@@ -87,8 +95,11 @@ std::vector<double> ticksOf(double low, double high, bool log)
 {
     std::vector<double> ticks;
     if (log) {
+        constexpr double kMostPowers = 8; // that there is room for
         const double span = std::log10(high / low);
-        for (double power = std::floor(std::log10(low)); power <= std::ceil(std::log10(high)); power += 1) {
+        const double stride = std::max(std::ceil(span / kMostPowers), 1.0);
+        for (double power = stride * std::floor(std::log10(low) / stride);
+             power <= std::ceil(std::log10(high)); power += stride) {
             for (const double digit : {1.0, 2.0, 5.0}) {
                 const double tick = digit * std::pow(10.0, power);
                 if (tick >= low && tick <= high && (digit == 1.0 || span < 3)) {
@@ -140,14 +151,14 @@ std::string svgOf(const Plot& plot)
     for (const double tick : x.ticks()) {
         fmt::format_to(out,
                        "<line class=\"grid\" x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\"/><text "
-                       "class=\"tick\" text-anchor=\"middle\" x=\"{0:.1f}\" y=\"{3}\">{4:.4g}</text>\n",
-                       x.at(tick), kTop, kHeight - kBottom, kHeight - kBottom + 15, tick);
+                       "class=\"tick\" text-anchor=\"middle\" x=\"{0:.1f}\" y=\"{3}\">{4}</text>\n",
+                       x.at(tick), kTop, kHeight - kBottom, kHeight - kBottom + 15, tickText(tick));
     }
     for (const double tick : y.ticks()) {
         fmt::format_to(out,
                        "<line class=\"grid\" x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\"/><text "
-                       "class=\"tick\" text-anchor=\"end\" x=\"{3}\" y=\"{4:.1f}\">{5:.4g}</text>\n",
-                       kLeft, kWidth - kRight, y.at(tick), kLeft - 5, y.at(tick) + 4, tick);
+                       "class=\"tick\" text-anchor=\"end\" x=\"{3}\" y=\"{4:.1f}\">{5}</text>\n",
+                       kLeft, kWidth - kRight, y.at(tick), kLeft - 5, y.at(tick) + 4, tickText(tick));
     }
     fmt::format_to(
         out,
@@ -157,11 +168,12 @@ std::string svgOf(const Plot& plot)
         kLeft, kTop, kWidth - kLeft - kRight, kHeight - kTop - kBottom, 0.5 * (kLeft + kWidth - kRight),
         kHeight - 12, escaped(plot.xLabel), 0.5 * (kTop + kHeight - kBottom), escaped(plot.yLabel));
     if (plot.limitX) {
+        const bool isLeft = x.at(*plot.limitX) < 0.5 * kWidth; // the label goes where there is room
         fmt::format_to(out,
                        "<line class=\"limit\" x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\"/><text "
-                       "class=\"tick\" text-anchor=\"end\" x=\"{3:.1f}\" y=\"{4}\">{5}</text>\n",
-                       x.at(*plot.limitX), kTop, kHeight - kBottom, x.at(*plot.limitX) - 4, kTop + 12,
-                       escaped(plot.limitLabel));
+                       "class=\"tick\" text-anchor=\"{5}\" x=\"{3:.1f}\" y=\"{4}\">{6}</text>\n",
+                       x.at(*plot.limitX), kTop, kHeight - kBottom, x.at(*plot.limitX) + (isLeft ? 4 : -4),
+                       kTop + 12, isLeft ? "start" : "end", escaped(plot.limitLabel));
     }
     double legendX = kLeft;
     for (const Series& series : plot.series) {

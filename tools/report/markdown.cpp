@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+#include "tools/report/markdown.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+namespace report {
+
+namespace {
+
+std::string text(const Json& value)
+{
+    return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+std::string number(const Json& value)
+{
+    if (!value.is_number()) {
+        return "-";
+    }
+    const auto plain = value.get<double>();
+    return plain >= 1000 && plain < 1e6 ? fmt::format("{:.0f}", plain) : fmt::format("{:.3g}", plain);
+}
+
+std::string head(const Json& report)
+{
+    const Json& machine = report["machine"];
+    return fmt::format("### {}: {} x {} posts; {}, {} frames\n\n{}, {} threads, {} GiB; {}; Eyepoint {}, {}; "
+                       "load {} at the start; {} s\n\n",
+                       text(report["terrain"]["file"]), text(report["terrain"]["columns"]),
+                       text(report["terrain"]["rows"]), text(report["path"]["name"]),
+                       text(report["path"]["frames"]), text(machine["processor"]), text(machine["threads"]),
+                       text(machine["memory_gib"]), text(machine["driver"]), text(machine["eyepoint"]),
+                       text(report["date"]), number(machine["load_at_start"]), text(report["seconds"]));
+}
+
+std::string settingsTable(const Json& settings)
+{
+    struct Cell {
+        const char *head, *column, *quantile;
+    };
+    constexpr std::array kCells{Cell{"ms p50", "total_ms", "p50"},
+                                Cell{"p99", "total_ms", "p99"},
+                                Cell{"CPU ms p50", "cpu_ms", "p50"},
+                                Cell{"tau px", "tau_px", "p50"},
+                                Cell{"bound px", "bound_px", "p50"},
+                                Cell{"largest error px, median", "all_error_max_px", "p50"},
+                                Cell{"worst frame", "all_error_max_px", "max"},
+                                Cell{"p99 of posts px", "all_error_p99_px", "p50"},
+                                Cell{"PSNR dB", "psnr_db", "mean"},
+                                Cell{"SSIM", "ssim", "mean"},
+                                Cell{"FLIP", "flip", "mean"},
+                                Cell{"skyline px", "skyline_mean_px", "mean"}};
+    std::string table = "| setting |";
+    std::string rule = "|---|";
+    for (const Cell& cell : kCells) {
+        table += fmt::format(" {} |", cell.head);
+        rule += "---|";
+    }
+    table += '\n' + rule + '\n';
+    for (const Json& setting : settings) {
+        table += fmt::format("| {} |", text(setting["name"]));
+        for (const Cell& cell : kCells) {
+            const Json& summary = setting["summary"];
+            table += fmt::format(" {} |", summary.contains(cell.column)
+                                              ? number(summary[cell.column][cell.quantile])
+                                              : std::string("-"));
+        }
+        table += '\n';
+    }
+    return table;
+}
+
+std::string verdict(const Json& report)
+{
+    std::string lines = "\n";
+    for (const Json& claim : report["verdict"]) {
+        lines += fmt::format("- {}: {}. {}\n", claim["met"].get<bool>() ? "met" : "NOT MET",
+                             text(claim["claim"]), text(claim["found"]));
+    }
+    return lines;
+}
+
+std::string atEqualError(const Json& front)
+{
+    const Json& rows = front["hybrid_at_equal_error"];
+    std::string table;
+    for (const Json& row : rows) {
+        if (row["wall"].is_null()) {
+            continue;
+        }
+        table += fmt::format("| {} | {} |", text(row["name"]), text(row["wall"]["against"]));
+        for (const char* measure : {"wall", "cpu", "wall_by_p99", "wall_by_flip"}) {
+            const Json& ratio = row[measure];
+            table += fmt::format(" {} |", ratio.is_null() ? std::string("-") : number(ratio["ratio"]));
+        }
+        table += '\n';
+    }
+    return table.empty()
+               ? table
+               : "\n| time of hybrid over another's at the error of | the other | frame time | CPU | "
+                 "by p99 of posts | by FLIP |\n|---|---|---|---|---|---|\n" +
+                     table;
+}
+
+std::string recommended(const Json& front)
+{
+    std::string lines;
+    for (const Json& best : front["recommended"]) {
+        lines += fmt::format("{} x {}: `terrain.method = \"{}\"`, `terrain.triangle_budget = {}` (p99 {} ms, "
+                             "largest error {} px)\n",
+                             text(best["width"]), text(best["height"]), text(best["method"]),
+                             text(best["budget"]), number(best["p99_ms"]), number(best["error_px"]));
+    }
+    return fmt::format("\nRecommended here, the smallest error whose p99 frame time is within {} ms: {}\n",
+                       number(front["frame_time_ms"]), lines.empty() ? "none of these fits.\n" : lines);
+}
+
+std::string scaling(const Json& report)
+{
+    if (!report.contains("scaling")) {
+        return {};
+    }
+    std::string table =
+        "| scaling of hybrid over | from - to | frame ms | exponent | selection and lists ms | "
+        "exponent |\n|---|---|---|---|---|---|\n";
+    for (const Json& axis : report["scaling"]) {
+        const Json& first = axis["places"].front();
+        const Json& last = axis["places"].back();
+        table += fmt::format("| {} | {} - {} | {} - {} | {} | {} - {} | {} |\n", text(axis["axis"]),
+                             number(first["value"]), number(last["value"]), number(first["total_ms_p50"]),
+                             number(last["total_ms_p50"]), number(axis["total_exponent"]),
+                             number(first["select_ms_p50"]), number(last["select_ms_p50"]),
+                             number(axis["select_exponent"]));
+    }
+    return table + '\n';
+}
+
+std::string comparison(const Json& report)
+{
+    if (!report.contains("compare")) {
+        return {};
+    }
+    std::string table =
+        "| now / before (95 %) | frame time | CPU | largest error | FLIP |\n|---|---|---|---|---|\n";
+    for (const Json& setting : report["compare"]["settings"]) {
+        table += fmt::format("| {} |", text(setting["name"]));
+        for (const char* column : {"total_ms", "cpu_ms", "error_max_px", "flip"}) {
+            table += setting.contains(column)
+                         ? fmt::format(" {} ({} - {}) |", number(setting[column]["ratio"]),
+                                       number(setting[column]["low"]), number(setting[column]["high"]))
+                         : std::string(" - |");
+        }
+        table += '\n';
+    }
+    return table + '\n';
+}
+
+} // namespace
+
+std::string reportMarkdown(const Json& report)
+{
+    return head(report) + settingsTable(report["settings"]) + verdict(report) +
+           atEqualError(report["front"]) + recommended(report["front"]) + scaling(report) +
+           comparison(report);
+}
+
+} // namespace report
