@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tools/report/full_mesh.h"
 
+#include "ig/gl/shaders.h"
+
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -132,7 +134,7 @@ void FullMesh::draw(const ViewState& view, const std::vector<uint32_t>& pagesInV
 {
     const std::array<glm::dvec4, 5> planes = frustumPlanes(view);
     _triangles = 0;
-    _target.begin();
+    _target.begin(ig::gl::kSkyBelowHorizon);
     _pass.begin(view);
     const std::span<const uint32_t> pages(pagesInView);
     for (size_t first = 0; first < pages.size(); first += _pageOfSlot.size()) {

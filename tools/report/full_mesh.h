@@ -6,6 +6,7 @@
 
 #include "ig/gl/page_store.h"
 #include "ig/gl/renderer.h"
+#include "ig/gl/sky_pass.h"
 #include "ig/gl/target.h"
 #include "ig/gl/terrain_pass.h"
 #include "tools/report/full_terrain.h"
