@@ -436,7 +436,7 @@ TEST_CASE("nor does one where pages come long after they are wanted")
     Moves moves;
     fly(hills(), 1, true, moves);
     checkMoves(moves);
-    CHECK(moves.starved > 50);
+    CHECK(moves.starved > 30);
 }
 
 TEST_CASE("nor over real ground, with all pages or with late ones")
