@@ -3,7 +3,7 @@
 
 #include "ig/app/steady_clock.h"
 #include "ig/geo/attitude.h"
-#include "ig/gl/compiler_memory.h"
+#include "ig/gl/driver_memory.h"
 
 #include <algorithm>
 #include <cmath>

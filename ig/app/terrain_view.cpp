@@ -2,7 +2,7 @@
 #include "ig/app/terrain_view.h"
 
 #include "ig/app/steady_clock.h"
-#include "ig/gl/compiler_memory.h"
+#include "ig/gl/driver_memory.h"
 
 #include <utility>
 

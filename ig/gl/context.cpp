@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "ig/gl/context.h"
 
+#include "ig/gl/driver_memory.h"
 #include "ig/gl/egl_error.h"
 #include "ig/gl/extensions.h"
 
@@ -183,6 +184,8 @@ Result<Context> Context::create(const ContextSettings& settings)
         if (failure.empty()) {
             impl->info.platform = platform;
             impl->loadExtensions(settings);
+            if (impl->info.renderer.starts_with("llvmpipe"))
+                mapLargeBuffers();
             return true;
         }
         failures += fmt::format("{}{}: {}", failures.empty() ? "" : "; ", what, failure);

@@ -37,7 +37,7 @@ class Context {
 public:
     // Tries the device platform, then surfaceless, then the default display, OpenGL ES 3.0 or later.
     // Error (graphics): none of them works; one line that names each attempt, the call that failed and its
-    // EGL error, and the packages that provide a software driver.
+    // EGL error, and the packages that provide a software driver. On llvmpipe see mapLargeBuffers() too.
     static Result<Context> create(const ContextSettings& settings);
 
     Context(Context&&) noexcept;

@@ -12,7 +12,7 @@
 #include "ig/app/steady_clock.h"
 #include "ig/app/terrain_view.h"
 #include "ig/geo/attitude.h"
-#include "ig/gl/compiler_memory.h"
+#include "ig/gl/driver_memory.h"
 #include "ig/gl/context.h"
 #include "ig/gl/null_renderer.h"
 

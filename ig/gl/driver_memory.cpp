@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "ig/gl/compiler_memory.h"
+#include "ig/gl/driver_memory.h"
 
 #include <link.h>
+#include <malloc.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -39,6 +40,13 @@ int release(dl_phdr_info* library, size_t, void*)
 void releaseCompilerCode() noexcept
 {
     (void)dl_iterate_phdr(release, nullptr);
+}
+
+void mapLargeBuffers() noexcept
+{
+#ifdef __GLIBC__
+    (void)mallopt(M_MMAP_THRESHOLD, 128 * 1024); // its initial value, which stays when set
+#endif
 }
 
 } // namespace ig::gl
