@@ -9,9 +9,10 @@ namespace ig::gl {
 // noticed but for its time. For after the first picture; does nothing where LLVM is not loaded.
 void releaseCompilerCode() noexcept;
 
-// For the whole process: what is larger than 128 KiB is mapped and given back to the system when freed. llvmpipe
-// changes a buffer of 1 MiB for a new one every few thousand frames; after the first one glibc would serve the
-// others from its heap, which grew by two of them within minutes of flight. Does nothing with other C libraries.
+// For the whole process: what is larger than 128 KiB is mapped and given back to the system when freed.
+// llvmpipe changes a buffer of 1 MiB for a new one every few thousand frames; after the first one glibc would
+// serve the others from its heap, which grew by two of them within minutes of flight. Does nothing with other
+// C libraries.
 void mapLargeBuffers() noexcept;
 
 } // namespace ig::gl
