@@ -78,13 +78,14 @@ T& sharedWithChildren()
     return *new (memory) T();
 }
 
-// A child process that does the work; killed with this object.
+// A child process that does the work; killed with this object, and with this process.
 class Child {
 public:
     template <class Work>
     explicit Child(Work work) : _pid(fork())
     {
         if (_pid == 0) {
+            (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
             work();
             _exit(0);
         }

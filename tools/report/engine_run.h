@@ -25,7 +25,7 @@ struct Setting {
     std::string method = "hybrid"; // of kMethodNames
     uint32_t budget = 24'000;
     int widthPx = 1280, heightPx = 720;
-    bool morph = true; // the methods other than geomip always do
+    bool morph = true;
 
     std::string name() const; // unique among settings, good for file names
 };

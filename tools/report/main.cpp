@@ -65,7 +65,7 @@ int main(int argc, char** argv)
         ->delimiter(',')
         ->check(ig::app::within(512, 1'000'000));
     app.add_option("--sizes", sizes, "Pictures, WIDTHxHEIGHT")->delimiter(',');
-    app.add_option("--morph", options.morph, "on, off or both; off changes geomip alone")
+    app.add_option("--morph", options.morph, "on, off or both")
         ->delimiter(',')
         ->check(CLI::IsMember({"on", "off"}));
     app.add_option("--frames", options.path.frames, "Of the path, at most")

@@ -45,10 +45,6 @@ std::vector<Setting> settingsOf(const ReportOptions& options)
     for (const auto& [width, height] : options.sizes) {
         for (const std::string& method : options.methods) {
             for (const std::string& morph : options.morph) {
-                // The others always morph: off is another setting for geomip alone.
-                if (morph == "off" && method != "geomip") {
-                    continue;
-                }
                 for (const uint32_t budget : options.budgets) {
                     settings.push_back({method, budget, width, height, morph == "on"});
                 }
