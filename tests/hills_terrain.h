@@ -4,6 +4,7 @@
 
 #include "ig/base/log.h"
 #include "ig/data/dataset.h"
+#include "land_grid.h"
 #include "temp_dir.h"
 #include "tools/terrain/compile.h"
 
@@ -27,16 +28,9 @@ public:
 // posts x posts, 50 m apart. Returns its path.
 inline std::string makeHills(const TempDir& dir, uint32_t posts)
 {
-    ig::terrain::GridPlace place;
-    place.northDeg = 57.5;
-    place.westDeg = -5.0;
-    place.latitudeStepDeg = 0.00045;
-    place.longitudeStepDeg = 0.0008;
-    place.heightScaleM = 0.1;
-    place.source = "hills";
     const std::string path = dir.file("hills.ept");
     REQUIRE(ig::terrain::compileHeights(
-        posts, posts, place,
+        posts, posts, landGrid(57.5, -5.0, "hills"),
         [](uint32_t col, uint32_t row) {
             return 300.0 + 200.0 * std::sin(col * 0.11) * std::cos(row * 0.07) + 40.0 * std::sin(col * 0.9);
         },

@@ -2,6 +2,7 @@
 // A small dataset for tests of whole programs.
 #pragma once
 
+#include "land_grid.h"
 #include "temp_dir.h"
 #include "tools/terrain/compile.h"
 
@@ -9,22 +10,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <string>
 
 namespace test {
 
-// Rolling land, 1025 x 1025 posts of 50 m, south-west corner a sea.
-inline std::string makeRollingLand(const TempDir& dir)
+// Rolling land, posts x posts of 50 m, south-west corner a sea. Returns its path.
+inline std::string makeRollingLand(const TempDir& dir, uint32_t posts = 1025)
 {
-    ig::terrain::GridPlace place;
-    place.northDeg = 57.25;
-    place.westDeg = -5.5;
-    place.latitudeStepDeg = 0.00045;
-    place.longitudeStepDeg = 0.0008;
-    place.heightScaleM = 0.1;
-    place.source = "rolling land";
     const std::string path = dir.file("land.ept");
     const auto compiled = ig::terrain::compileHeights(
-        1025, 1025, place,
+        posts, posts, landGrid(57.25, -5.5, "rolling land"),
         [](uint32_t col, uint32_t row) {
             const double land = 250.0 * std::sin(col * 0.031) * std::cos(row * 0.027) +
                                 60.0 * std::sin(col * 0.21) + 35.0 * std::cos(row * 0.33 + col * 0.1) + 150.0;

@@ -3,7 +3,7 @@
 #include "counted_new.h"
 #include "ig/lod/geomip.h"
 #include "lod_tiles.h"
-#include "rainier.h"
+#include "real_ground.h"
 
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What eyepoint-report measures, on cases whose answers are known.
 #include "ig/geo/attitude.h"
+#include "land_grid.h"
 #include "temp_dir.h"
 #include "tools/report/compare.h"
 #include "tools/report/drawn_surface.h"
@@ -46,13 +47,8 @@ struct Land {
     static data::Dataset compile(const test::TempDir& dir,
                                  const std::function<double(uint32_t, uint32_t)>& heightM)
     {
-        terrain::GridPlace place;
-        place.northDeg = 57.06;
-        place.westDeg = -5.03;
-        place.latitudeStepDeg = 0.00045;
-        place.longitudeStepDeg = 0.0008;
-        place.heightScaleM = 0.1;
-        REQUIRE(terrain::compileHeights(129, 129, place, heightM, dir.file("land.ept")));
+        REQUIRE(
+            terrain::compileHeights(129, 129, test::landGrid(57.06, -5.03), heightM, dir.file("land.ept")));
         return *data::Dataset::open(dir.file("land.ept"));
     }
     glm::dvec3 place(uint32_t column, uint32_t row, double heightM) const

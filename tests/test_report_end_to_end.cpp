@@ -2,6 +2,7 @@
 // eyepoint-report as it is run, and the surface that it measures against the one that is drawn.
 #include "ig/app/terrain_view.h"
 #include "process.h"
+#include "rolling_land.h"
 #include "temp_dir.h"
 #include "tools/report/drawn_surface.h"
 #include "tools/report/engine_run.h"
@@ -26,26 +27,6 @@ using test::readFile;
 namespace {
 
 using Json = nlohmann::json;
-
-std::string makeLand(const test::TempDir& dir, uint32_t posts)
-{
-    ig::terrain::GridPlace place;
-    place.northDeg = 57.25;
-    place.westDeg = -5.5;
-    place.latitudeStepDeg = 0.00045;
-    place.longitudeStepDeg = 0.0008;
-    place.heightScaleM = 0.1;
-    const std::string path = dir.file("land.ept");
-    REQUIRE(ig::terrain::compileHeights(
-        posts, posts, place,
-        [](uint32_t col, uint32_t row) {
-            const double land = 250.0 * std::sin(col * 0.031) * std::cos(row * 0.027) +
-                                60.0 * std::sin(col * 0.21) + 35.0 * std::cos(row * 0.33 + col * 0.1) + 150.0;
-            return std::max(0.0, land);
-        },
-        path));
-    return path;
-}
 
 class SilentLog final : public ig::LogSink {
 public:
@@ -126,7 +107,7 @@ double shareOff(const std::vector<float>& a, const std::vector<float>& b)
 TEST_CASE("the triangles that the report measures are those that are drawn, morph and all")
 {
     const test::TempDir dir;
-    const std::string path = makeLand(dir, 513);
+    const std::string path = test::makeRollingLand(dir, 513);
     auto context = ig::gl::Context::create({});
     REQUIRE(context);
     if (!context->info().readDepth) {
@@ -181,7 +162,7 @@ TEST_CASE("the triangles that the report measures are those that are drawn, morp
 TEST_CASE("a report of a small terrain has its figures, its plots and its pictures, and keeps its word")
 {
     const test::TempDir dir;
-    const std::string terrain = makeLand(dir, 513);
+    const std::string terrain = test::makeRollingLand(dir, 513);
     const auto argumentsOf = [&](const std::string& out, const std::string& methods,
                                  const std::vector<std::string>& more) {
         std::vector<std::string> arguments{

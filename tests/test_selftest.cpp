@@ -5,6 +5,7 @@
 #include "ig/app/image_generator.h"
 #include "ig/gl/context.h"
 #include "ig/selftest/selftest.h"
+#include "land_grid.h"
 #include "process.h"
 #include "temp_dir.h"
 #include "tools/terrain/compile.h"
@@ -45,14 +46,8 @@ double hillsWithAHole(uint32_t col, uint32_t row)
 std::string makeDataset(const test::TempDir& dir, const std::string& name, const Height& heightM,
                         uint32_t posts = 257)
 {
-    ig::terrain::GridPlace place;
-    place.northDeg = 57.5;
-    place.westDeg = -5.0;
-    place.latitudeStepDeg = 0.00045;
-    place.longitudeStepDeg = 0.0008;
-    place.heightScaleM = 0.1;
     const std::string path = dir.file(name + ".ept");
-    REQUIRE(ig::terrain::compileHeights(posts, posts, place, heightM, path));
+    REQUIRE(ig::terrain::compileHeights(posts, posts, test::landGrid(57.5, -5.0), heightM, path));
     return path;
 }
 

@@ -3,7 +3,7 @@
 // how many triangles more than the fewest, and that any budget and tolerance will do. Over made-up ground,
 // the extremes of it, and real ground where its data is there.
 #include "lod_measure.h"
-#include "rainier.h"
+#include "real_ground.h"
 
 #include <catch2/catch.hpp>
 

@@ -3,16 +3,13 @@
 // by brute force, and the properties that the refinement lives on.
 #include "ig/data/vertex_codes.h"
 #include "lod_tree.h"
+#include "real_ground.h"
 #include "temp_dir.h"
 #include "terrain_files.h"
 
 #include <catch2/catch.hpp>
-#include <gdal_priv.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <iostream>
 #include <string>
 
 using namespace ig;
@@ -252,30 +249,6 @@ void checkProperties(const std::string& path)
 
 // A part of a real raster's samples, as heights on the tests' grid; voids become cliffs. Empty where the data
 // is not there.
-struct Window {
-    std::string file;
-    int west, north, cols, rows;
-    double scaleM;
-};
-std::vector<int16_t> samplesOf(const Window& window)
-{
-    const char* set = std::getenv("EYEPOINT_SHARED");
-    const std::string path =
-        (set != nullptr ? std::string(set) : std::string(EYEPOINT_SHARED_DIR)) + "/data/" + window.file;
-    if (!std::filesystem::exists(path)) {
-        std::cout << "skipped: " << path << " is not there\n";
-        return {};
-    }
-    GDALAllRegister();
-    const GDALDatasetUniquePtr raster(GDALDataset::Open(path.c_str()));
-    REQUIRE(raster);
-    std::vector<int16_t> samples(static_cast<size_t>(window.cols) * static_cast<size_t>(window.rows));
-    REQUIRE(raster->GetRasterBand(1)->RasterIO(GF_Read, window.west, window.north, window.cols, window.rows,
-                                               samples.data(), window.cols, window.rows, GDT_Int16, 0,
-                                               0) == CE_None);
-    return samples;
-}
-
 } // namespace
 
 TEST_CASE("errors and balls nest across levels and pages, and hold all posts, on ground of any sort")
@@ -294,9 +267,9 @@ TEST_CASE("errors and balls nest, and hold all posts, on real ground")
 {
     const test::TempDir dir;
     const std::string path = dir.file("a.ept");
-    for (const Window& window : {Window{"srtm3_rainier_513.tif", 0, 0, 513, 513, 1.0},
-                                 Window{"gb_highlands_4097_dm.tif", 1400, 1700, 900, 620, 0.1}}) {
-        const std::vector<int16_t> samples = samplesOf(window);
+    for (const test::Window& window : {test::Window{"srtm3_rainier_513.tif", 0, 0, 513, 513, 1.0},
+                                       test::Window{"gb_highlands_4097_dm.tif", 1400, 1700, 900, 620, 0.1}}) {
+        const std::vector<int16_t> samples = test::samplesOf(window);
         if (samples.empty())
             continue;
         INFO(window.file);

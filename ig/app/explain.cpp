@@ -144,16 +144,11 @@ public:
     // Vertices, texels and morph of the root page, as a loader's thread makes them.
     void makePage()
     {
-        const data::DatasetInfo& info = _terrain.info();
-        const lod::PageNode& root = _terrain.dataset().pages()[0];
-        if (_plan.terrain.texels) {
-            data::buildPageMesh(info, root, _rootHeights, _plan.terrain.shading, _mesh);
-        } else {
-            data::buildPageVertices(info, root, _rootHeights, _mesh);
-        }
-        if (_plan.renderer.morph != gl::Morph::none) {
-            data::addMorph(info, root, _rootHeights, _mesh);
-        }
+        data::buildPage(_terrain.info(), _terrain.dataset().pages()[0], _rootHeights,
+                        {.shading = _plan.terrain.shading,
+                         .texels = _plan.terrain.texels,
+                         .morph = _plan.renderer.morph != gl::Morph::none},
+                        _mesh);
     }
 
     gl::Renderer& renderer() noexcept { return *_renderer; }

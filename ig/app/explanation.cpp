@@ -20,10 +20,10 @@ std::string Explanation::table() const
                             cell(part.cost.threads, "{:+}"), cell(part.cost.changedPixels, "{}"), part.why);
     }
     return text +
-           fmt::format("with the part less without it, the fastest of some frames each; pixels: of the first "
-                       "picture, "
-                       "that it changes\nthe first view looks at {} tiles; the dataset has {} pages\n{}\n",
-                       tilesVisited, tiles, target);
+           fmt::format(
+               "with the part less without it, the fastest of some frames each; pixels: of the first "
+               "picture, that it changes\nthe first view looks at {} tiles; the dataset has {} pages\n{}\n",
+               tilesVisited, tiles, target);
 }
 
 std::string Explanation::json() const

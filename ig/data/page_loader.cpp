@@ -18,6 +18,19 @@ constexpr int kNice = 5;
 
 } // namespace
 
+void buildPage(const DatasetInfo& dataset, const lod::PageNode& page, const PageHeights& heights,
+               const PageLoaderSettings& settings, PageMesh& mesh)
+{
+    if (settings.texels) {
+        buildPageMesh(dataset, page, heights, settings.shading, mesh);
+    } else {
+        buildPageVertices(dataset, page, heights, mesh);
+    }
+    if (settings.morph) {
+        addMorph(dataset, page, heights, mesh);
+    }
+}
+
 PageLoader::PageLoader(const PageSource& source, const DatasetInfo& dataset,
                        std::span<const lod::PageNode> pages, const PageLoaderSettings& settings)
     : _source(source), _dataset(dataset), _pages(pages), _settings(settings),
@@ -204,15 +217,7 @@ void PageLoader::load(Job& job) const
         out.error = read.error();
         return;
     }
-    const lod::PageNode& node = _pages[request.page];
-    if (_settings.texels) {
-        buildPageMesh(_dataset, node, out.heights, _settings.shading, out.mesh);
-    } else {
-        buildPageVertices(_dataset, node, out.heights, out.mesh);
-    }
-    if (_settings.morph) {
-        addMorph(_dataset, node, out.heights, out.mesh);
-    }
+    buildPage(_dataset, _pages[request.page], out.heights, _settings, out.mesh);
 }
 
 } // namespace ig::data

@@ -30,6 +30,11 @@ struct PageLoaderSettings {
     uint32_t buffers = 16; // pages being read, or finished and not taken yet; at least 1
 };
 
+// What a loader makes of a page's heights: mesh.texel and mesh.morph are empty where the settings leave them
+// out.
+void buildPage(const DatasetInfo& dataset, const lod::PageNode& page, const PageHeights& heights,
+               const PageLoaderSettings& settings, PageMesh& mesh);
+
 struct PageRequest {
     uint32_t page = 0;
     const PageHeights* parent = nullptr; // of the page above; nullptr for the root, and only there

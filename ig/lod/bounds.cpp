@@ -123,7 +123,7 @@ double distanceToTriangleM(const glm::dvec3& point, const glm::dvec3& a, const g
 float pictureBoundPx(const ViewState& view, double px) noexcept
 {
     const Frustum& f = view.frustum;
-    constexpr double kUnbounded = 1e30;
+    constexpr double kUnbounded{kNoBoundPx};
     if (f.parallel) {
         return static_cast<float>(std::min(px, kUnbounded));
     }

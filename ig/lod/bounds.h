@@ -50,8 +50,9 @@ double distanceToTriangleM(const glm::dvec3& point, const glm::dvec3& a, const g
 
 // The most that a point of the picture is moved by a displacement of which alpha e / distance is px, alpha as
 // pixelsPerRadian(): at an angle theta from the picture's middle, e at distance d moves a point by at most
-// alpha e / (d cos^2 theta (1 - e / (d cos theta))) pixels. 1e30 where there is no bound: the point may be
-// nearer than e.
+// alpha e / (d cos^2 theta (1 - e / (d cos theta))) pixels. kNoBoundPx where there is no bound: the point
+// may be nearer than e.
+inline constexpr float kNoBoundPx = 1e30F;
 float pictureBoundPx(const ViewState& view, double px) noexcept;
 
 // What one view can see of boxes. A mask bit per frustum plane says that the plane still has to be

@@ -34,8 +34,8 @@ public:
     virtual uint32_t triangleBudget() const = 0;
 
     // Fills out for this view. When the root is missing, nothing is drawn and the root is wanted. usedPages
-    // names children before their parents. Allocates nothing but what out lacks of
-    // the capacity that any view may need.
+    // names children before their parents. Allocates nothing but what
+    // out lacks of the capacity that any view may need.
     virtual void select(const ViewState& view, DrawList& out) = 0;
 };
 

@@ -10,6 +10,7 @@
 #include "ig/app/signals.h"
 #include "ig/app/steady_clock.h"
 #include "ig/base/histogram.h"
+#include "land_grid.h"
 #include "temp_dir.h"
 #include "tools/terrain/compile.h"
 
@@ -375,16 +376,9 @@ private:
 
 std::string rollingLand(const test::TempDir& dir)
 {
-    terrain::GridPlace place;
-    place.northDeg = 57.25;
-    place.westDeg = -5.5;
-    place.latitudeStepDeg = 0.00045;
-    place.longitudeStepDeg = 0.0008;
-    place.heightScaleM = 0.1;
-    place.source = "rolling land";
     const std::string path = dir.file("land.ept");
     const auto compiled = terrain::compileHeights(
-        1025, 1025, place,
+        1025, 1025, test::landGrid(57.25, -5.5, "rolling land"),
         [](uint32_t col, uint32_t row) {
             return 300.0 + 250.0 * std::sin(col * 0.031) * std::cos(row * 0.027) +
                    60.0 * std::sin(col * 0.21);

@@ -66,18 +66,15 @@ Flight::Flight(const data::Dataset& dataset, const FlightPlan& plan, const Geode
 {
 }
 
-double Flight::bankRad(double timeS) const
+// turnRad: of the circle that it is on, 0 .. 2 pi. Rolls where the circles meet, at kRollRadS.
+double Flight::bankRad(double turnRad) const
 {
-    const double turning = std::atan2(_plan.speedMs * _plan.speedMs, 9.81 * _plan.circleM);
     if (_plan.speedMs <= 0.0) {
         return 0.0;
     }
-    const double circleS = 2 * kPi * _plan.circleM / _plan.speedMs;
-    const double intoS = std::fmod(timeS, 2 * circleS);
-    const double sign = intoS < circleS ? 1.0 : -1.0;
-    const double intoCircleS = std::fmod(intoS, circleS);
-    const double fromMeetingS = std::min(intoCircleS, circleS - intoCircleS);
-    return sign * std::min(turning, kRollRadS * fromMeetingS);
+    const double turning = std::atan2(_plan.speedMs * _plan.speedMs, 9.81 * _plan.circleM);
+    const double fromMeetingS = std::min(turnRad, 2 * kPi - turnRad) * _plan.circleM / _plan.speedMs;
+    return std::min(turning, kRollRadS * fromMeetingS);
 }
 
 ViewState Flight::view(double timeS, int widthPx, int heightPx)
@@ -112,8 +109,8 @@ ViewState Flight::view(double timeS, int widthPx, int heightPx)
 
     ViewState view;
     view.eye = toEcef({lat, lon, _heightM}, shape.ellipsoid);
-    view.eyeFromEcef =
-        eyeFromEcefOfView(ecefFromNed(lat, lon) * parentFromChild({heading, _plan.pitchRad, bankRad(timeS)}));
+    view.eyeFromEcef = eyeFromEcefOfView(ecefFromNed(lat, lon) *
+                                         parentFromChild({heading, _plan.pitchRad, sign * bankRad(angle)}));
     const double tanX = std::tan(36 * kRadPerDeg);
     const double tanY = std::tan(22.5 * kRadPerDeg);
     view.frustum = {-tanX, tanX, -tanY, tanY, 0.5};

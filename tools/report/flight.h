@@ -43,7 +43,7 @@ public:
     static constexpr double kRollRadS = 1.0;
 
 private:
-    double bankRad(double timeS) const;
+    double bankRad(double turnRad) const;
 
     const ig::data::Dataset& _dataset;
     FlightPlan _plan;

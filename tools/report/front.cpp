@@ -31,11 +31,8 @@ constexpr std::array<Measure, 4> kMeasures{{{"wall", "total_ms", "error_max_px",
 
 std::optional<double> valueOf(const Json& setting, const char* column, const char* quantile)
 {
-    const Json& summary = setting["summary"];
-    if (!summary.contains(column) || !summary[column][quantile].is_number()) {
-        return std::nullopt;
-    }
-    return summary[column][quantile].get<double>();
+    const Json value = summaryOf(setting, column, quantile);
+    return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
 }
 
 std::optional<std::pair<double, double>> pointOf(const Json& setting, const Measure& measure)
@@ -96,8 +93,7 @@ Json hybridRatio(const Json& setting, const Json& settings, const Measure& measu
         if (name == kHybrid) {
             // An error larger than all of its is none that it has: its smallest budget is no measure of it.
             hybridMs = error <= largestError(curve) ? timeMs : std::nullopt;
-        } else if (timeMs && name != kHybrid && (method == kHybrid || name == method) &&
-                   (!otherMs || *timeMs < *otherMs)) {
+        } else if (timeMs && (method == kHybrid || name == method) && (!otherMs || *timeMs < *otherMs)) {
             otherMs = timeMs;
             against = name;
         }

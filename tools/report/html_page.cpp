@@ -180,44 +180,41 @@ std::string alongTheFlight(const Json& report)
 
 std::string settingsTable(const Json& report)
 {
-    struct Cell {
-        const char *head, *column, *quantile;
-    };
-    constexpr std::array kCells{Cell{"ms p50", "total_ms", "p50"},
-                                Cell{"p95", "total_ms", "p95"},
-                                Cell{"p99", "total_ms", "p99"},
-                                Cell{"max", "total_ms", "max"},
-                                Cell{"select p50", "select_ms", "p50"},
-                                Cell{"lists p50", "lists_ms", "p50"},
-                                Cell{"upload p50", "load_ms", "p50"},
-                                Cell{"p99", "load_ms", "p99"},
-                                Cell{"draw p50", "draw_ms", "p50"},
-                                Cell{"read p50", "read_back_ms", "p50"},
-                                Cell{"cpu ms p50", "cpu_ms", "p50"},
-                                Cell{"J/frame", "energy_j", "mean"},
-                                Cell{"triangles", "triangles", "mean"},
-                                Cell{"evaluated", "vertices_evaluated", "mean"},
-                                Cell{"page-ins", "page_ins", "mean"},
-                                Cell{"kB up", "bytes_uploaded", "mean"},
-                                Cell{"pages", "resident_pages", "max"},
-                                Cell{"tau px", "tau_px", "p50"},
-                                Cell{"error max p50", "all_error_max_px", "p50"},
-                                Cell{"max", "all_error_max_px", "max"},
-                                Cell{"bound p50", "bound_px", "p50"},
-                                Cell{"error p99", "all_error_p99_px", "p50"},
-                                Cell{"error rms", "all_error_rms_px", "p50"},
-                                Cell{"PSNR dB", "psnr_db", "mean"},
-                                Cell{"SSIM", "ssim", "mean"},
-                                Cell{"FLIP", "flip", "mean"},
-                                Cell{"skyline px", "skyline_mean_px", "mean"},
-                                Cell{"max", "skyline_max_px", "max"},
-                                Cell{"motion max px", "motion_px", "max"}};
+    constexpr std::array kCells{SummaryCell{"ms p50", "total_ms", "p50"},
+                                SummaryCell{"p95", "total_ms", "p95"},
+                                SummaryCell{"p99", "total_ms", "p99"},
+                                SummaryCell{"max", "total_ms", "max"},
+                                SummaryCell{"select p50", "select_ms", "p50"},
+                                SummaryCell{"lists p50", "lists_ms", "p50"},
+                                SummaryCell{"upload p50", "load_ms", "p50"},
+                                SummaryCell{"p99", "load_ms", "p99"},
+                                SummaryCell{"draw p50", "draw_ms", "p50"},
+                                SummaryCell{"read p50", "read_back_ms", "p50"},
+                                SummaryCell{"cpu ms p50", "cpu_ms", "p50"},
+                                SummaryCell{"J/frame", "energy_j", "mean"},
+                                SummaryCell{"triangles", "triangles", "mean"},
+                                SummaryCell{"evaluated", "vertices_evaluated", "mean"},
+                                SummaryCell{"page-ins", "page_ins", "mean"},
+                                SummaryCell{"kB up", "bytes_uploaded", "mean"},
+                                SummaryCell{"pages", "resident_pages", "max"},
+                                SummaryCell{"tau px", "tau_px", "p50"},
+                                SummaryCell{"error max p50", "all_error_max_px", "p50"},
+                                SummaryCell{"max", "all_error_max_px", "max"},
+                                SummaryCell{"bound p50", "bound_px", "p50"},
+                                SummaryCell{"error p99", "all_error_p99_px", "p50"},
+                                SummaryCell{"error rms", "all_error_rms_px", "p50"},
+                                SummaryCell{"PSNR dB", "psnr_db", "mean"},
+                                SummaryCell{"SSIM", "ssim", "mean"},
+                                SummaryCell{"FLIP", "flip", "mean"},
+                                SummaryCell{"skyline px", "skyline_mean_px", "mean"},
+                                SummaryCell{"max", "skyline_max_px", "max"},
+                                SummaryCell{"motion max px", "motion_px", "max"}};
     std::string html = "<div class=\"scroll\"><table><tr><th>setting</th>";
     for (const char* head : {"broken", "no bound", "pops", "cracks", "over budget"}) {
         html += fmt::format("<th>{}</th>", head);
     }
     html += "<th>MiB resident</th>";
-    for (const Cell& cell : kCells) {
+    for (const SummaryCell& cell : kCells) {
         html += fmt::format("<th>{}</th>", cell.head);
     }
     html += "</tr>\n";
@@ -229,10 +226,8 @@ std::string settingsTable(const Json& report)
             html += fmt::format("<td class=\"{}\">{}</td>", bad ? "bad" : "", value);
         }
         html += fmt::format("<td>{:.0f}</td>", setting["resident_bytes"].get<double>() / (1 << 20));
-        for (const Cell& cell : kCells) {
-            Json value = setting["summary"].contains(cell.column)
-                             ? setting["summary"][cell.column][cell.quantile]
-                             : Json(nullptr);
+        for (const SummaryCell& cell : kCells) {
+            Json value = summaryOf(setting, cell.column, cell.quantile);
             if (value.is_number() && std::string_view(cell.column) == "bytes_uploaded") {
                 value = value.get<double>() * 1e-3;
             }

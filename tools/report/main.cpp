@@ -111,8 +111,7 @@ int main(int argc, char** argv)
     app.add_flag("--quiet", options.quiet, "No progress bar");
     app.footer(
         "Exit codes: 0 written, 1 written but a bound of the error or the triangle budget was broken, or the "
-        "run failed, 2 usage, 3 no usable "
-        "EGL / OpenGL ES, 4 dataset unreadable or damaged.");
+        "run failed, 2 usage, 3 no usable EGL / OpenGL ES, 4 dataset unreadable or damaged.");
     if (const auto ended = ig::app::parseCommandLine(app, argc, argv)) {
         return *ended;
     }

@@ -37,35 +37,29 @@ std::string head(const Json& report)
 
 std::string settingsTable(const Json& settings)
 {
-    struct Cell {
-        const char *head, *column, *quantile;
-    };
-    constexpr std::array kCells{Cell{"ms p50", "total_ms", "p50"},
-                                Cell{"p99", "total_ms", "p99"},
-                                Cell{"CPU ms p50", "cpu_ms", "p50"},
-                                Cell{"tau px", "tau_px", "p50"},
-                                Cell{"bound px", "bound_px", "p50"},
-                                Cell{"largest error px, median", "all_error_max_px", "p50"},
-                                Cell{"worst frame", "all_error_max_px", "max"},
-                                Cell{"p99 of posts px", "all_error_p99_px", "p50"},
-                                Cell{"PSNR dB", "psnr_db", "mean"},
-                                Cell{"SSIM", "ssim", "mean"},
-                                Cell{"FLIP", "flip", "mean"},
-                                Cell{"skyline px", "skyline_mean_px", "mean"}};
+    constexpr std::array kCells{SummaryCell{"ms p50", "total_ms", "p50"},
+                                SummaryCell{"p99", "total_ms", "p99"},
+                                SummaryCell{"CPU ms p50", "cpu_ms", "p50"},
+                                SummaryCell{"tau px", "tau_px", "p50"},
+                                SummaryCell{"bound px", "bound_px", "p50"},
+                                SummaryCell{"largest error px, median", "all_error_max_px", "p50"},
+                                SummaryCell{"worst frame", "all_error_max_px", "max"},
+                                SummaryCell{"p99 of posts px", "all_error_p99_px", "p50"},
+                                SummaryCell{"PSNR dB", "psnr_db", "mean"},
+                                SummaryCell{"SSIM", "ssim", "mean"},
+                                SummaryCell{"FLIP", "flip", "mean"},
+                                SummaryCell{"skyline px", "skyline_mean_px", "mean"}};
     std::string table = "| setting |";
     std::string rule = "|---|";
-    for (const Cell& cell : kCells) {
+    for (const SummaryCell& cell : kCells) {
         table += fmt::format(" {} |", cell.head);
         rule += "---|";
     }
     table += '\n' + rule + '\n';
     for (const Json& setting : settings) {
         table += fmt::format("| {} |", text(setting["name"]));
-        for (const Cell& cell : kCells) {
-            const Json& summary = setting["summary"];
-            table += fmt::format(" {} |", summary.contains(cell.column)
-                                              ? number(summary[cell.column][cell.quantile])
-                                              : std::string("-"));
+        for (const SummaryCell& cell : kCells) {
+            table += fmt::format(" {} |", number(summaryOf(setting, cell.column, cell.quantile)));
         }
         table += '\n';
     }

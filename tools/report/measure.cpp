@@ -200,11 +200,10 @@ Result<Json> writeWorst(const Worst& worst, const PictureView& truth, const std:
     return json;
 }
 
-// Infinite where the engine states none, which is 1e30 there (ig/lod/bounds.h).
+// Infinite where the engine states none.
 double boundOf(const lod::LodStats& stats)
 {
-    constexpr float kNone = 1e29F;
-    return stats.errorPx < kNone ? double{stats.errorPx} : std::numeric_limits<double>::infinity();
+    return stats.errorPx < lod::kNoBoundPx ? double{stats.errorPx} : std::numeric_limits<double>::infinity();
 }
 
 uint64_t grownSince(uint64_t residentBefore)

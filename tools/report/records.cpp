@@ -110,6 +110,12 @@ uint64_t countIf(const std::vector<FrameRecord>& frames, F&& f)
 
 } // namespace
 
+Json summaryOf(const Json& setting, const char* column, const char* quantile)
+{
+    const Json& summary = setting["summary"];
+    return summary.contains(column) ? summary[column][quantile] : Json(nullptr);
+}
+
 double FrameRecord::largestErrorPx() const noexcept
 {
     return std::max(sample.maxPx, all ? all->maxPx : 0.0);

@@ -16,6 +16,13 @@ namespace report {
 
 using Json = nlohmann::ordered_json;
 
+// A cell of a table of settings: which quantile of which column, under which heading.
+struct SummaryCell {
+    const char *head, *column, *quantile;
+};
+// Null where the setting has no such column, or no value of it.
+Json summaryOf(const Json& setting, const char* column, const char* quantile);
+
 struct PictureError {
     double rmse = 0, psnrDb = 0, ssim = 0, flip = 0, skylineMeanPx = 0;
     int skylineMaxPx = 0;
