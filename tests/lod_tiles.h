@@ -56,13 +56,11 @@ inline glm::dvec3 place(const TreeTerrain& t, const Vertex& vertex)
 {
     const auto [col, row] = vertex.post;
     const glm::dvec3 own = t.position(col, row);
-    if (vertex.weight >= 1.0F || t.touchesPadding(col, row)) {
+    if (vertex.weight >= 1.0F) {
         return own;
     }
-    const auto split = splitOf(col, row);
-    const glm::dvec3 middle =
-        0.5 * (t.position(split[0][0], split[0][1]) + t.position(split[1][0], split[1][1]));
-    return middle + (own - middle) * double{vertex.weight};
+    const auto start = t.start(col, row);
+    return start ? *start + (own - *start) * double{vertex.weight} : own;
 }
 
 } // namespace test

@@ -40,15 +40,17 @@ struct TreeTerrain : Terrain {
         return ig::toEcef(test::at(shape, c, r, height[at(col, row)] * 0.1), shape.ellipsoid).m;
     }
     ig::lod::MorphState morph;
-    bool touchesPadding(int col, int row) const
+    // Where a vertex morphs from, if it does.
+    std::optional<glm::dvec3> start(int col, int row) const
     {
-        return ig::selftest::touchesPadding(col, row, size, static_cast<int>(shape.cols),
-                                            static_cast<int>(shape.rows));
+        return ig::selftest::placeOnEdge(col, row, size, static_cast<int>(shape.cols),
+                                         static_cast<int>(shape.rows),
+                                         [this](int c, int r) { return position(c, r); });
     }
     // Weight of a vertex as the vertex shader works it out.
     double weight(int col, int row, const glm::dvec3& eye) const
     {
-        if ((col % size == 0 && row % size == 0) || touchesPadding(col, row)) {
+        if (!start(col, row)) {
             return 1.0;
         }
         return ig::selftest::morphWeight(morph, errorCode[at(col, row)], radiusCode[at(col, row)],
@@ -221,10 +223,8 @@ inline glm::dvec3 drawnPlace(const TreeTerrain& t, const Post& p, const glm::dve
     if (w >= 1.0) {
         return own;
     }
-    const auto split = splitOf(p[0], p[1]);
-    const glm::dvec3 middle =
-        0.5 * (t.position(split[0][0], split[0][1]) + t.position(split[1][0], split[1][1]));
-    return middle * (1 - w) + own * w;
+    const auto start = t.start(p[0], p[1]);
+    return start ? *start * (1 - w) + own * w : own;
 }
 
 } // namespace test

@@ -48,14 +48,6 @@ void placeVertices(const DatasetInfo& dataset, const PageHeights& heights, const
 // Column and row of the padded full grid.
 using Post = lod::GridPost<int64_t>;
 
-// Whether the vertex never moves.
-bool isFixed(const lod::TerrainShape& shape, Post v, const std::array<Post, 4>& split)
-{
-    const int64_t last = int64_t{lod::kPageIntervals} << shape.deepestPage;
-    const bool gridCorner = v[0] % last == 0 && v[1] % last == 0;
-    return gridCorner || lod::touchesPadding<int64_t>(split, last, shape.cols, shape.rows);
-}
-
 uint32_t packed(const glm::vec3& colour)
 {
     const glm::vec3 byte = glm::clamp(colour, 0.0F, 1.0F) * 255.0F + 0.5F;
@@ -175,6 +167,7 @@ void addMorph(const DatasetInfo& dataset, const lod::PageNode& page, const PageH
     assert(!hasCodes || (heights.errorCode.size() == kPosts && heights.radiusCode.size() == kPosts));
     mesh.morph.resize(kPosts);
     const lod::TerrainShape& shape = dataset.shape;
+    const int64_t last = int64_t{lod::kPageIntervals} << shape.deepestPage;
     const int64_t step = int64_t{1} << (shape.deepestPage - page.depth);
     const Post first{int64_t{page.x} * lod::kPageIntervals * step,
                      int64_t{page.y} * lod::kPageIntervals * step};
@@ -184,22 +177,25 @@ void addMorph(const DatasetInfo& dataset, const lod::PageNode& page, const PageH
             VertexMorph& out = mesh.morph[at];
             out = {};
             const Post v{first[0] + i * step, first[1] + j * step};
-            const std::array<Post, 4> split = lod::splitOf(v);
-            if (isFixed(shape, v, split))
+            const auto share = lod::shareOfEdge<int64_t>(v, last, shape.cols, shape.rows);
+            if (!share)
                 continue;
+            const std::array<Post, 4> split = lod::splitOf(v);
             const bool pageCorner = i % lod::kPageIntervals == 0 && j % lod::kPageIntervals == 0;
             const auto end = [&](size_t k) {
                 if (pageCorner) {
                     const size_t corner = (j == 0 ? 0U : 2U) + (i == 0 ? 0U : 1U);
-                    return placeOf(rowTrig(shape, static_cast<uint32_t>(split[k][1])),
-                                   columnTrig(shape, static_cast<uint32_t>(split[k][0])),
+                    const auto row = std::min<int64_t>(split[k][1], int64_t{shape.rows} - 1);
+                    const auto column = std::min<int64_t>(split[k][0], int64_t{shape.cols} - 1);
+                    return placeOf(rowTrig(shape, static_cast<uint32_t>(row)),
+                                   columnTrig(shape, static_cast<uint32_t>(column)),
                                    heightM(dataset, heights.cornerEnds[corner][k]));
                 }
                 const int64_t col = (split[k][0] - first[0]) / step;
                 const int64_t row = (split[k][1] - first[1]) / step;
                 return mesh.vertex[static_cast<size_t>(row * kSide + col)].m;
             };
-            out.toMiddleM = glm::vec3(0.5 * (end(0) + end(1)) - mesh.vertex[at].m);
+            out.toMiddleM = glm::vec3((1.0 - *share) * end(0) + *share * end(1) - mesh.vertex[at].m);
             out.errorCode = hasCodes ? heights.errorCode[at] : uint8_t{0};
             out.radiusCode = hasCodes ? heights.radiusCode[at] : uint8_t{0};
         }

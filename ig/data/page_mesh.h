@@ -24,10 +24,11 @@ struct ShadingSettings {
 };
 
 // What a post needs to move as a vertex of the bin-tree, see ig/lod/vertex_error.h. The same bits in every
-// page that has the post. Posts that never move have vector and code 0: corners of the grid, and those for
-// which a corner of the triangles that they split is padding.
+// page that has the post. Posts that never move have vector and code 0: those that lod::shareOfEdge() has
+// nothing for.
 struct VertexMorph {
-    glm::vec3 toMiddleM{0.0F}; // ECEF, from the post to the middle of the edge that it splits
+    // ECEF, from the post to where it lies on the edge that it splits: the middle, but beside the padding.
+    glm::vec3 toMiddleM{0.0F};
     // Of the dataset, 0 where the heights have none. In a dataset that is right the metres of the error are
     // at least the length of toMiddleM.
     uint8_t errorCode = 0;

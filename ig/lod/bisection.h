@@ -3,7 +3,10 @@
 // power of two: which edge a vertex splits, and between which apexes. vertex_error.h has it in words.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
+#include <optional>
 
 namespace ig::lod {
 
@@ -39,19 +42,39 @@ constexpr std::array<GridPost<Int>, 4> splitOf(const GridPost<Int>& v) noexcept
                   : std::array<Post, 4>{north, south, west, east};
 }
 
-// Whether one of these posts is within the padded grid, 0 .. last, but beyond the grid of cols x rows: the
-// vertex that splits between them does not morph.
+// Where on the edge that it splits a vertex of the padded grid 0 .. last lies and morphs from: 0 at the
+// edge's first end, 1 at the second. 1/2, but where the edge ends in padding, whose posts stand at the last
+// column or row of the grid: there, too, the vertex is at its own column and row all the way, so that its
+// error bounds it. Nothing where a vertex cannot morph:
+//   - at corners of the padded grid, which are never split;
+//   - where none of the triangles that it splits has an area;
+//   - in the centre of a square that the grid's last column or row cuts: it is beside the diagonal.
 template <class Int>
-constexpr bool touchesPadding(const std::array<GridPost<Int>, 4>& split, Int last, Int cols,
-                              Int rows) noexcept
+constexpr std::optional<double> shareOfEdge(const GridPost<Int>& v, Int last, Int cols, Int rows) noexcept
 {
-    for (const auto& [col, row] : split) {
-        const bool exists = col >= 0 && row >= 0 && col <= last && row <= last;
-        if (exists && (col >= cols || row >= rows)) {
-            return true;
-        }
+    if (v[0] % last == 0 && v[1] % last == 0) {
+        return std::nullopt;
     }
-    return false;
+    const auto split = splitOf(v);
+    // From the first end, on the grid.
+    const auto fromFirst = [&](const GridPost<Int>& post) {
+        return GridPost<Int>{std::min<Int>(post[0], cols - 1) - std::min<Int>(split[0][0], cols - 1),
+                             std::min<Int>(post[1], rows - 1) - std::min<Int>(split[0][1], rows - 1)};
+    };
+    const GridPost<Int> edge = fromFirst(split[1]);
+    const auto isBeside = [&](const GridPost<Int>& post) {
+        const GridPost<Int> to = fromFirst(post);
+        return edge[0] * to[1] != edge[1] * to[0];
+    };
+    const auto hasArea = [&](const GridPost<Int>& apex) {
+        const bool exists = apex[0] >= 0 && apex[1] >= 0 && apex[0] <= last && apex[1] <= last;
+        return exists && isBeside(apex);
+    };
+    if (isBeside(v) || !(hasArea(split[2]) || hasArea(split[3]))) {
+        return std::nullopt;
+    }
+    const size_t axis = edge[0] != 0 ? 0 : 1;
+    return static_cast<double>(fromFirst(v)[axis]) / static_cast<double>(edge[axis]);
 }
 
 } // namespace ig::lod

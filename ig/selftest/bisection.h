@@ -7,8 +7,11 @@
 #include "ig/lod/draw_list.h"
 #include "ig/lod/vertex_error.h"
 
+#include <glm/vec3.hpp>
+
 #include <algorithm>
 #include <array>
+#include <optional>
 
 namespace ig::selftest {
 
@@ -25,10 +28,18 @@ inline std::array<Post, 4> splitOf(int col, int row)
     return lod::splitOf(Post{col, row});
 }
 
-// Whether a corner of the triangles that the vertex splits is padding: such vertices do not morph. size: N.
-inline bool touchesPadding(int col, int row, int size, int cols, int rows)
+// Where a vertex morphs from, if it does: the point of the edge that it splits; position(col, row) of posts
+// of the full grid, size: N.
+template <class Position>
+std::optional<glm::dvec3> placeOnEdge(int col, int row, int size, int cols, int rows, Position&& position)
 {
-    return lod::touchesPadding(splitOf(col, row), size, cols, rows);
+    const auto share = lod::shareOfEdge(Post{col, row}, size, cols, rows);
+    if (!share) {
+        return std::nullopt;
+    }
+    const auto split = splitOf(col, row);
+    return glm::dvec3(position(split[0][0], split[0][1])) * (1.0 - *share) +
+           glm::dvec3(position(split[1][0], split[1][1])) * *share;
 }
 
 // Weight of a vertex as the vertex shader works it out.

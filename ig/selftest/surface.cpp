@@ -22,19 +22,14 @@ glm::dvec3 placeOf(const Ground& ground, const Post& p, const lod::MorphState& m
 {
     const auto [col, row] = p;
     const glm::dvec3& own = ground.position(col, row);
-    const int n = ground.size();
-    if ((col % n == 0 && row % n == 0) || touchesPadding(col, row, n, ground.cols(), ground.rows())) {
-        return own;
-    }
     const double w =
         morphWeight(morph, ground.errorCode(col, row), ground.radiusCode(col, row), glm::length(own - eye));
     if (w >= 1.0) {
         return own;
     }
-    const auto split = splitOf(col, row);
-    const glm::dvec3 middle =
-        0.5 * (ground.position(split[0][0], split[0][1]) + ground.position(split[1][0], split[1][1]));
-    return middle * (1.0 - w) + own * w;
+    const auto start = placeOnEdge(col, row, ground.size(), ground.cols(), ground.rows(),
+                                   [&](int c, int r) { return ground.position(c, r); });
+    return start ? *start * (1.0 - w) + own * w : own;
 }
 
 // Whether points are in view, one by one.
