@@ -217,7 +217,7 @@ TEST_CASE("flights on any budget are watertight at every weight and keep the bud
         }
     }
     INFO(moving << " on the way, " << jumped << " jumped in " << frames << " frames");
-    CHECK(moving > frames);
+    CHECK(moving > frames / 2);
     CHECK(jumped < static_cast<uint32_t>(frames) / 50);
 }
 
@@ -415,7 +415,7 @@ void checkMoves(const Moves& moves)
     CHECK(moves.tooFar == 0);
     CHECK(moves.skipped < moves.compared / 50);
     CHECK(moves.used > 0.2);
-    CHECK(moves.appeared > 10);
+    CHECK(moves.appeared + moves.vanished > 20);
 }
 
 } // namespace
@@ -428,6 +428,7 @@ TEST_CASE("no post moves by more than its weight's step, whether tiles stay, com
     }
     checkMoves(moves);
     CHECK(moves.compared > 1'000'000);
+    CHECK(moves.appeared > 10);
     CHECK(moves.vanished > 10);
 }
 
@@ -453,6 +454,34 @@ TEST_CASE("nor over real ground, with all pages or with late ones")
     fly(real, 2, true, moves);
     checkMoves(moves);
     CHECK(moves.starved > 20);
+}
+
+TEST_CASE("nor over ground that is all cliffs or spikes")
+{
+    Moves moves;
+    fly(makeTrue([](int c, int r) { return (c / 37 + r / 41) % 2 == 0 ? 0.0 : 800.0; }), 2, false, moves);
+    fly(makeTrue([](int c, int r) { return (c * 7 + r * 13) % 97 == 0 ? 900.0 : 0.0; }), 3, false, moves);
+    checkMoves(moves);
+}
+
+TEST_CASE("in turns faster than a pilot's no more than one frame in fifty has a tile that jumps")
+{
+    GeomipSelector selector(large().shape, large().pages, {24'000, 1.0F, true});
+    DrawList list;
+    double yaw = 0;
+    int moving = 0;
+    int withJump = 0;
+    constexpr int kFrames = 400;
+    for (int frame = 0; frame < kFrames; ++frame) {
+        yaw += frame / 90 % 2 == 0 ? 0.01 : -0.01; // 34 degrees a second
+        test::selectOver(selector,
+                         test::look(test::at(large().shape, 700, 900 - 0.05 * frame, 900), {yaw, -0.2, 0}),
+                         large().slotOfPage, list);
+        moving += onTheWay(list) > 0 ? 1 : 0;
+        withJump += frame > 0 && list.stats.tilesJumped > 0 ? 1 : 0;
+    }
+    CHECK(moving > kFrames / 2);
+    CHECK(withJump <= kFrames / 50);
 }
 
 TEST_CASE("where an eye has stopped before its pages came, it gets them level by level, without a jump")
@@ -513,7 +542,7 @@ TEST_CASE("the bound of a tile's error holds on the way")
             used = std::max(used, offM / (allowedM[drawn.item] * 1.0001 + 1e-5));
         }
     }
-    CHECK(moving > 100);
+    CHECK(moving > 30);
     CHECK(used <= 1.0);
     CHECK(used > 0.9);
 }

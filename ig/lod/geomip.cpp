@@ -14,7 +14,7 @@ constexpr size_t kWantedCapacity = 64;
 constexpr int kMisfitLimit = 8;
 // With morph this share of the budget is not aimed at: room for tiles that come into view while others,
 // which are to go, still move.
-constexpr uint32_t kReserveDivisor = 8;
+constexpr uint32_t kReserveDivisor = 6;
 
 uint32_t tilesOf(const GeomipSettings& settings)
 {

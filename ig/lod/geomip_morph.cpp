@@ -253,8 +253,8 @@ bool GeomipMorph::forceSplit(int32_t index, const Frame& frame)
     return split(index, 1.0F, frame);
 }
 
-// Lets the least important tiles go until what is in view fits; those that have just come first, for it
-// cannot be seen of them.
+// Lets tiles go until what is in view fits: those that have just come first, for it cannot be seen of them,
+// then those with the smallest step.
 bool GeomipMorph::keepBudget()
 {
     while (_drawn.visibleLeaves() > _tiles) {
@@ -264,9 +264,10 @@ bool GeomipMorph::keepBudget()
             if (!isFront(node) || visibleChildren(node) <= 1 || !mayGo(node)) {
                 continue;
             }
+            const auto stepPx = [](const TileNode& front) { return front.errorPx * front.opened; };
             const bool isLess =
                 least < 0 ||
-                (node.seen != _drawn[least].seen ? !node.seen : node.errorPx < _drawn[least].errorPx);
+                (node.seen != _drawn[least].seen ? !node.seen : stepPx(node) < stepPx(_drawn[least]));
             least = isLess ? i : least;
         }
         if (least < 0) {

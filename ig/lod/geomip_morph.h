@@ -26,7 +26,8 @@
 // (LodStats::tilesJumped)
 //   - when the eye does: more than kJumpM or a zoom of kJumpZoom in a frame; and, while it then stands still,
 //     as the pages come;
-//   - when what comes into view would exceed the budget even at its coarsest: the least important ones go;
+//   - when what comes into view would exceed the budget even at its coarsest: those with the smallest step
+//   go;
 //   - when pages that what was drawn needs are gone, or something comes into view that is too coarse for its
 //     neighbours.
 #pragma once
