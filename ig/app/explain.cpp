@@ -103,6 +103,8 @@ PartCost costOf(const Make& make)
 // What is drawn at first, over one plan.
 class Scene {
 public:
+    enum class Ends { read, drawn }; // when a frame does
+
     static Result<std::unique_ptr<Scene>> make(const gl::Context& context, const config::Settings& settings,
                                                const Plan& plan, LogSink& log)
     {
@@ -127,9 +129,8 @@ public:
         return scene;
     }
 
-    // A picture of each view, from the selection to the bytes; the first one's are kept. Not read: only until
-    // they are drawn.
-    FrameStats frame(bool keepPicture, bool read = true)
+    // A picture of each view, from the selection to the bytes; the first one's are kept.
+    FrameStats frame(bool keepPicture, Ends ends = Ends::read)
     {
         FrameStats stats;
         for (size_t i = _views.size(); i-- > 0;) {
@@ -137,7 +138,7 @@ public:
             if (!_views[i]->draw(_plan.views[i].idle, stats, keepPicture)) {
                 continue;
             }
-            if (read) {
+            if (ends == Ends::read) {
                 readPicture(i);
             } else {
                 _renderer->finish();
@@ -487,15 +488,20 @@ private:
             }
             return memory;
         });
-        cost.frameMs = leastMsMore([&] { _scene->frame(false); }, [&] { _scene->frame(false, false); });
-        _scene->frame(false, false);
+        cost.frameMs =
+            leastMsMore([&] { _scene->frame(false); }, [&] { _scene->frame(false, Scene::Ends::drawn); });
+        _scene->frame(false, Scene::Ends::drawn);
         _scene->readPicture();
         cost.changedPixels = changedPixels(read, _scene->picture());
+        const std::vector<config::View> views = config::viewsOf(_settings);
+        const auto withSinks = std::count_if(views.begin(), views.end(),
+                                             [](const config::View& view) { return !view.sinks.empty(); });
         const bool steers = _settings.terrain.frameTimeMs > 0;
-        const bool used = steers || sinksNamed() > 0;
-        add("read-back of pictures", used,
-            used ? fmt::format("{} sinks{}", sinksNamed(), steers ? ", terrain.frame_time_ms is set" : "")
-                 : "no sink, no terrain.frame_time_ms: a frame ends when it is drawn",
+        add("read-back of pictures", steers || withSinks > 0,
+            fmt::format(
+                "{} of {} views have sinks, and terrain.frame_time_ms is {:g}; else a frame ends when "
+                "it is drawn",
+                withSinks, views.size(), _settings.terrain.frameTimeMs),
             cost);
     }
 

@@ -102,6 +102,18 @@ void time(Report& report)
     report.atLeast(kArea, "time budget of 1 s", "last triangle budget", "", kLargest, ample.budgets.back());
     report.atMost(kArea, "time budget of 1 s", "reversals a minute", "", 0, ample.reversalsPerMinute);
 
+    // One frame in which the machine did something else.
+    constexpr double kGapS = 60;
+    const auto gap = [](double timeS) {
+        return CostCurve{timeS >= kGapS && timeS < kGapS + 1 / kSimulatedRateHz ? 10'000.0 : 2.5};
+    };
+    const BudgetOutcome stopped =
+        simulateBudget({.share = steady, .curve = gap, .minutes = 2}, {10, kSmallest, kLargest});
+    const auto atGap = stopped.budgets.begin() + static_cast<std::ptrdiff_t>(kGapS * kSimulatedRateHz);
+    report.atLeast(kArea, "a frame of 10 s among those of 10 ms", "smallest triangle budget after / before",
+                   "", 0.5,
+                   static_cast<double>(*std::min_element(atGap + 1, stopped.budgets.end())) / *atGap);
+
     for (const double noise : {0.03, 0.10}) {
         const BudgetOutcome jumps = simulateBudget({steady, jumpingCurve, noise}, {10, kSmallest, kLargest});
         const std::string name = noise < 0.05 ? "cost x4 and back every 15 s, 3 % noise"
