@@ -166,7 +166,7 @@ TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and wh
     }
     const test::TempDir dir;
     Silent log;
-    const auto explained = [&](const config::Settings& settings) {
+    const auto explained = [&](const config::Settings& settings, size_t mostChanged = 0) {
         const auto made = ig::app::explain(settings, log);
         REQUIRE(made);
         for (const ig::app::Part& each : made->parts) {
@@ -174,7 +174,7 @@ TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and wh
             CHECK(made->table().find(each.name) != std::string::npos);
             // The bound leaves out what is seen where the budget does not hold the tolerance.
             if (!each.used && each.cost.changedPixels && each.name != kBeyondBound) {
-                CHECK(*each.cost.changedPixels == 0);
+                CHECK(*each.cost.changedPixels <= mostChanged);
             }
         }
         CHECK(made->tilesVisited > 0);
@@ -227,19 +227,25 @@ TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and wh
         CHECK(part(made, "views beside the first").used);
         CHECK(*part(made, "views beside the first").cost.bytes >= 320 * 180 * 8);
     }
-    SECTION("no morph, where every budget holds a tolerance of next to nothing")
+    SECTION("no morph, where every budget holds a tolerance of a quarter of a pixel")
     {
         config::Settings settings = smallPicture(makeDataset(dir, "small", hills, 100));
-        settings.terrain.tolerancePx = 0;
         settings.terrain.triangleBudget = 40'000;
-        for (const char* method : {"hybrid", "bintree", "geomip"}) {
-            INFO(method);
-            settings.terrain.method = method;
-            const auto made = explained(settings);
-            CHECK_FALSE(part(made, "morph").used);
-            CHECK(part(made, "morph").why.find("tolerance") != std::string::npos);
-            CHECK(*part(made, "morph").cost.bytes > 0);
-            CHECK(*part(made, "morph").cost.changedPixels == 0);
+        // At the largest tolerance that does without, edges of a shade move by less than a pixel.
+        constexpr size_t kHundredth = size_t{320} * 180 / 100;
+        for (const auto& [tolerancePx, mostChanged] :
+             {std::pair<double, size_t>{0.0, 0},
+              std::pair<double, size_t>{ig::app::kUnseenMorphPx, kHundredth}}) {
+            for (const char* method : {"hybrid", "bintree", "geomip"}) {
+                INFO(method << ", " << tolerancePx << " px");
+                settings.terrain.tolerancePx = tolerancePx;
+                settings.terrain.method = method;
+                const auto made = explained(settings, mostChanged);
+                CHECK_FALSE(part(made, "morph").used);
+                CHECK(part(made, "morph").why.find("tolerance") != std::string::npos);
+                CHECK(*part(made, "morph").cost.bytes > 0);
+                CHECK(part(made, "morph").cost.changedPixels);
+            }
         }
     }
     SECTION("a flat sea")
