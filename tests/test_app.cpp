@@ -2,6 +2,7 @@
 #include "counted_new.h"
 #include "hills_terrain.h"
 #include "hostif/cigi33.h"
+#include "ig/app/channel.h"
 #include "ig/app/frame_schedule.h"
 #include "ig/app/frame_time_control.h"
 #include "ig/app/host_link.h"
@@ -288,6 +289,7 @@ public:
     }
     void draw(const ViewState&, const lod::DrawList&, std::span<const int32_t>) override {}
     void read(std::span<std::byte>) override {}
+    void finish() override {}
     void readDepth(std::span<float>) override {}
     double depthAt(int, int) override { return 0; }
     uint64_t gpuBytes() const noexcept override { return 0; }
@@ -600,6 +602,103 @@ TEST_CASE("a view that waits for its pages is complete at once, however few a fr
     terrainView.draw(lookNorth(terrain.info(), 900, kPi), stats);
     CHECK(stats.pageIns > 3);
     CHECK(stats.lod.tilesMissing == 0);
+}
+
+TEST_CASE("a channel reads pictures back while somebody looks at them, and else waits until they are drawn")
+{
+    struct Sink : out::FrameSink {
+        Sink(std::vector<size_t>& into, bool looksAtThem, bool failsSoon)
+            : bytes(into), looks(looksAtThem), fails(failsSoon)
+        {
+        }
+        Result<void> write(const out::Frame& frame) override
+        {
+            CHECK(frame.receipt != nullptr);
+            bytes.push_back(frame.rgba.size());
+            return fails ? Result<void>(fail(ErrorKind::failed, "full")) : Result<void>();
+        }
+        bool takesPictures() const override { return looks; }
+        out::SinkStats stats() const override { return {bytes.size(), 0}; }
+        Result<out::SinkStats> close() override { return stats(); }
+        std::vector<size_t>& bytes;
+        bool looks, fails;
+    };
+    constexpr size_t kPictureBytes = size_t{64} * 48 * 4;
+    const test::TempDir dir;
+    CollectedLog log;
+    config::Settings settings;
+    settings.view.width = 64;
+    settings.view.height = 48;
+    app::TerrainSettings terrainSettings = smallSettings();
+    terrainSettings.waitForPages = true;
+    gl::NullRenderer renderer = nullRenderer(terrainSettings);
+    app::TerrainResidency terrain(openDataset(makeDataset(dir)), terrainSettings, renderer, log);
+    const scene::World world(terrain.info().shape.ellipsoid, {});
+    std::vector<size_t> bytes;
+    // Reads and waits of four frames, drawn for the first sink.
+    const auto fly = [&](app::Channel& channel) {
+        const gl::NullRenderer::Counts before = renderer.counts();
+        for (int frame = 0; frame < 4; ++frame) {
+            app::FrameMoment moment;
+            moment.startNs = app::steadyNs();
+            const app::FrameStats stats = channel.frame(world, moment);
+            CHECK(stats.frameNs >= stats.readBackNs);
+        }
+        return std::pair(renderer.counts().reads - before.reads,
+                         renderer.counts().finishes - before.finishes);
+    };
+    const auto channelWith = [&](std::vector<app::Channel::NamedSink> sinks) {
+        auto channel = std::make_unique<app::Channel>(settings, config::viewsOf(settings).front(), 0,
+                                                      app::SlotTurns(1, 0), terrain, renderer, log,
+                                                      lookNorth(terrain.info(), 900), std::move(sinks));
+        REQUIRE(channel->warmUp());
+        return channel;
+    };
+    const auto sink = [&bytes](bool looks, bool fails = false) {
+        return std::make_unique<Sink>(bytes, looks, fails);
+    };
+    using Counts = std::pair<uint64_t, uint64_t>;
+
+    SECTION("nobody, then somebody")
+    {
+        const auto channel = channelWith({});
+        CHECK(fly(*channel) == Counts(0, 4));
+        CHECK(channel->statistics().frames() == 4);
+        channel->addSink("late", sink(true));
+        CHECK(fly(*channel) == Counts(4, 0));
+        CHECK(bytes == std::vector<size_t>(4, kPictureBytes));
+    }
+    SECTION("receipts alone")
+    {
+        const auto channel = channelWith({});
+        channel->addSink("receipts", sink(false));
+        CHECK(fly(*channel) == Counts(0, 4));
+        CHECK(bytes == std::vector<size_t>(4, 0));
+    }
+    SECTION("until the last one that looks has failed")
+    {
+        const auto channel = channelWith({});
+        channel->addSink("full", sink(true, true));
+        channel->addSink("receipts", sink(false));
+        CHECK(fly(*channel) == Counts(1, 3));
+        CHECK(bytes == std::vector<size_t>{kPictureBytes, kPictureBytes, 0, 0, 0});
+    }
+    SECTION("the control by frame time")
+    {
+        settings.terrain.frameTimeMs = 12;
+        const auto channel = channelWith({});
+        CHECK(fly(*channel) == Counts(4, 0));
+    }
+    SECTION("what is not drawn again is neither read nor waited for, but for who comes later")
+    {
+        settings.output.skipIdentical = true;
+        const auto channel = channelWith({});
+        (void)fly(*channel);
+        CHECK(fly(*channel) == Counts(0, 0));
+        channel->addSink("late", sink(true));
+        CHECK(fly(*channel) == Counts(1, 0));
+        CHECK(bytes == std::vector<size_t>(4, kPictureBytes));
+    }
 }
 
 TEST_CASE("terrain's share of a picture is found from a sparse sample")

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The extreme cases of --selftest, with more eyes and frames than on the target, and what --explain leaves
 // out.
+#include "hostif/cigi33.h"
+#include "hostif/codec.h"
+#include "hostif/protocol.h"
 #include "ig/app/explain.h"
 #include "ig/app/image_generator.h"
 #include "ig/gl/context.h"
@@ -30,6 +33,8 @@ bool hasDriver()
     }
     return has;
 }
+
+constexpr const char* kBeyondBound = "posts that the bound leaves out";
 
 using Height = std::function<double(uint32_t col, uint32_t row)>;
 
@@ -74,6 +79,39 @@ const ig::app::Part& part(const ig::app::Explanation& explanation, const std::st
     }
     FAIL("no part named " << name);
     return explanation.parts.front();
+}
+
+// Keeps the newest picture.
+struct Kept : ig::out::FrameSink {
+    explicit Kept(std::vector<std::byte>& picture) : last(picture) {}
+    ig::Result<void> write(const ig::out::Frame& frame) override
+    {
+        last.assign(frame.rgba.begin(), frame.rgba.end());
+        return {};
+    }
+    ig::out::SinkStats stats() const override { return {}; }
+    ig::Result<ig::out::SinkStats> close() override { return ig::out::SinkStats(); }
+    std::vector<std::byte>& last;
+};
+
+// What the first view shows after some frames of a run.
+std::vector<std::byte> pictureOf(ig::app::ImageGenerator& generator, uint64_t firstSlot = 0)
+{
+    std::vector<std::byte> picture;
+    generator.addSink("kept", std::make_unique<Kept>(picture));
+    for (uint64_t slot = firstSlot; slot < firstSlot + 3; ++slot) {
+        generator.frame(1'000'000'000 + static_cast<int64_t>(slot) * 16'666'667, slot);
+    }
+    generator.finish(0, 0.05);
+    REQUIRE_FALSE(picture.empty());
+    return picture;
+}
+
+std::unique_ptr<ig::app::ImageGenerator> generatorOf(const config::Settings& settings, ig::LogSink& log)
+{
+    auto made = ig::app::ImageGenerator::create(settings, log);
+    REQUIRE(made);
+    return *std::move(made);
 }
 
 } // namespace
@@ -128,14 +166,15 @@ TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and wh
     }
     const test::TempDir dir;
     Silent log;
-    const auto explained = [&](const config::Settings& settings) {
+    const auto explained = [&](const config::Settings& settings, size_t mostChanged = 0) {
         const auto made = ig::app::explain(settings, log);
         REQUIRE(made);
         for (const ig::app::Part& each : made->parts) {
             INFO(each.name);
             CHECK(made->table().find(each.name) != std::string::npos);
-            if (!each.used && each.cost.changedPixels) {
-                CHECK(*each.cost.changedPixels == 0);
+            // The bound leaves out what is seen where the budget does not hold the tolerance.
+            if (!each.used && each.cost.changedPixels && each.name != kBeyondBound) {
+                CHECK(*each.cost.changedPixels <= mostChanged);
             }
         }
         CHECK(made->tilesVisited > 0);
@@ -188,18 +227,25 @@ TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and wh
         CHECK(part(made, "views beside the first").used);
         CHECK(*part(made, "views beside the first").cost.bytes >= 320 * 180 * 8);
     }
-    SECTION("no morph, with a tolerance that is far under a pixel")
+    SECTION("no morph, where every budget holds a tolerance of a quarter of a pixel")
     {
         config::Settings settings = smallPicture(makeDataset(dir, "small", hills, 100));
-        settings.terrain.tolerancePx = 0;
         settings.terrain.triangleBudget = 40'000;
-        settings.terrain.morph = false;
-        for (const char* method : {"hybrid", "bintree", "geomip"}) {
-            INFO(method);
-            settings.terrain.method = method;
-            const auto made = explained(settings);
-            CHECK_FALSE(part(made, "morph").used);
-            CHECK(*part(made, "morph").cost.bytes > 0);
+        // At the largest tolerance that does without, edges of a shade move by less than a pixel.
+        constexpr size_t kHundredth = size_t{320} * 180 / 100;
+        for (const auto& [tolerancePx, mostChanged] :
+             {std::pair<double, size_t>{0.0, 0},
+              std::pair<double, size_t>{ig::app::kUnseenMorphPx, kHundredth}}) {
+            for (const char* method : {"hybrid", "bintree", "geomip"}) {
+                INFO(method << ", " << tolerancePx << " px");
+                settings.terrain.tolerancePx = tolerancePx;
+                settings.terrain.method = method;
+                const auto made = explained(settings, mostChanged);
+                CHECK_FALSE(part(made, "morph").used);
+                CHECK(part(made, "morph").why.find("tolerance") != std::string::npos);
+                CHECK(*part(made, "morph").cost.bytes > 0);
+                CHECK(part(made, "morph").cost.changedPixels);
+            }
         }
     }
     SECTION("a flat sea")
@@ -213,6 +259,10 @@ TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and wh
             CHECK(*part(made, "textures").cost.changedPixels == 0);
             CHECK(*part(made, "textures").cost.bytes > 0);
             CHECK(*part(made, "textures").cost.pageMs > 0);
+            CHECK(*part(made, kBeyondBound).cost.triangles > 10'000);
+            CHECK(*part(made, kBeyondBound).cost.frameMs > 0);
+            // Haze is of distances, and these are of the triangles.
+            CHECK((visibilityM > 0 || *part(made, kBeyondBound).cost.changedPixels == 0));
         }
     }
     SECTION("night")
@@ -233,10 +283,12 @@ TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and wh
         settings.host.listen.clear();
         settings.log.level = "warning";
         const auto made = explained(settings);
-        for (const char* name : {"host", "queries", "sinks", "metrics", "log thread"}) {
+        for (const char* name : {"host", "queries", "sinks", "read-back", "metrics", "log thread"}) {
             INFO(name);
             CHECK_FALSE(part(made, name).used);
         }
+        CHECK(*part(made, "read-back").cost.bytes >= 320 * 180 * 4);
+        CHECK(part(made, "read-back").cost.frameMs);
         for (const char* name : {"queries", "metrics", "log thread"}) {
             INFO(name);
             CHECK(*part(made, name).cost.threads == 1);
@@ -246,10 +298,13 @@ TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and wh
         settings.log.level = "info";
         settings.output.sinks = {"null"};
         const auto all = explained(settings);
-        for (const char* name : {"host", "sinks", "log thread"}) {
+        for (const char* name : {"host", "sinks", "read-back", "log thread"}) {
             INFO(name);
             CHECK(part(all, name).used);
         }
+        settings.output.sinks.clear();
+        settings.terrain.frameTimeMs = 12; // looks at the pictures, too
+        CHECK(part(explained(settings), "read-back").used);
     }
 }
 
@@ -258,17 +313,6 @@ TEST_CASE("without a host the same pictures are drawn, and no port is opened")
     if (!hasDriver()) {
         return;
     }
-    struct Kept : ig::out::FrameSink {
-        explicit Kept(std::vector<std::byte>& picture) : last(picture) {}
-        ig::Result<void> write(const ig::out::Frame& frame) override
-        {
-            last.assign(frame.rgba.begin(), frame.rgba.end());
-            return {};
-        }
-        ig::out::SinkStats stats() const override { return {}; }
-        ig::Result<ig::out::SinkStats> close() override { return ig::out::SinkStats(); }
-        std::vector<std::byte>& last;
-    };
     const test::TempDir dir;
     Silent log;
     config::Settings settings = smallPicture(makeDataset(dir, "whole", hills));
@@ -276,16 +320,10 @@ TEST_CASE("without a host the same pictures are drawn, and no port is opened")
     std::array<std::vector<std::byte>, 2> pictures;
     for (const bool host : {false, true}) {
         settings.host.listen = host ? "127.0.0.1:0" : "";
-        auto made = ig::app::ImageGenerator::create(settings, log);
-        REQUIRE(made);
-        (*made)->addSink("kept", std::make_unique<Kept>(pictures[host ? 1 : 0]));
-        for (uint64_t slot = 0; slot < 3; ++slot) {
-            (*made)->frame(1'000'000'000 + static_cast<int64_t>(slot) * 16'666'667, slot);
-        }
-        CHECK(((*made)->description().find("no host") != std::string::npos) == !host);
-        (*made)->finish(0, 0.05);
+        const auto generator = generatorOf(settings, log);
+        CHECK((generator->description().find("no host") != std::string::npos) == !host);
+        pictures[host ? 1 : 0] = pictureOf(*generator);
     }
-    CHECK_FALSE(pictures[0].empty());
     CHECK((pictures[0] == pictures[1]));
 
     settings.host.listen.clear();
@@ -294,6 +332,170 @@ TEST_CASE("without a host the same pictures are drawn, and no port is opened")
     REQUIRE_FALSE(refused);
     CHECK(refused.error().kind == ig::ErrorKind::usage);
     CHECK_THAT(refused.error().message, Catch::Contains("host.record") && Catch::Contains("host.listen"));
+}
+
+TEST_CASE("frames that nobody reads show the same to a sink that comes later")
+{
+    if (!hasDriver()) {
+        return;
+    }
+    const test::TempDir dir;
+    Silent log;
+    config::Settings settings = smallPicture(makeDataset(dir, "whole", hills));
+    settings.host.listen.clear();
+    settings.terrain.waitForPages = true;
+    const std::vector<std::byte> read = pictureOf(*generatorOf(settings, log));
+    for (const bool skips : {false, true}) {
+        INFO((skips ? "not drawn again" : "drawn again"));
+        settings.output.skipIdentical = skips;
+        const auto generator = generatorOf(settings, log);
+        for (uint64_t slot = 0; slot < 5; ++slot) {
+            const ig::app::FrameStats stats =
+                generator->frame(1'000'000'000 + static_cast<int64_t>(slot) * 16'666'667, slot).front();
+            CHECK(stats.pictureKept == skips);
+            CHECK(stats.frameNs >= stats.readBackNs);
+        }
+        CHECK((pictureOf(*generator, 5) == read));
+        CHECK(generator->statistics().frames() == 8);
+    }
+    settings.output.sinks = {"null"};
+    CHECK((pictureOf(*generatorOf(settings, log)) == read));
+}
+
+TEST_CASE("pages that are all in memory show what is shown while some have no room")
+{
+    if (!hasDriver()) {
+        return;
+    }
+    const test::TempDir dir;
+    Silent log;
+    config::Settings settings = smallPicture(makeDataset(dir, "whole", hills));
+    settings.host.listen.clear();
+    settings.terrain.waitForPages = true;
+    settings.terrain.triangleBudget = 4'000;
+    const auto inMemory = generatorOf(settings, log);
+    settings.terrain.pageCacheMib = 1;
+    const auto paging = generatorOf(settings, log);
+    const ig::app::RunSummary all = inMemory->summary(0, 0);
+    CHECK(all.pageSlots == 21); // 1 + 4 + 16
+    CHECK(paging->summary(0, 0).pageSlots < all.pageSlots);
+    CHECK((pictureOf(*inMemory) == pictureOf(*paging)));
+}
+
+TEST_CASE("a host that asks for heights gets the pictures of one that does not")
+{
+    if (!hasDriver()) {
+        return;
+    }
+    const test::TempDir dir;
+    Silent log;
+    config::Settings settings = smallPicture(makeDataset(dir, "whole", hills));
+    const hostif::Address host{.port = 40'000, .ip = {10, 0, 0, 1}};
+    constexpr uint32_t kFrames = 6;
+    const auto fly = [&](bool asks) {
+        auto made = ig::app::ImageGenerator::createForReplay(settings, log);
+        REQUIRE(made);
+        ig::app::ImageGenerator& generator = **made;
+        std::vector<std::byte> newest, pictures;
+        generator.addSink("kept", std::make_unique<Kept>(newest));
+        for (uint32_t frame = 0; frame < kFrames; ++frame) {
+            std::vector<std::byte> bytes;
+            const auto say = [&bytes](const auto& message) {
+                append(hostif::Protocol::cigi3, bytes, hostif::ByteOrder::little, message);
+            };
+            hostif::IgControl control;
+            control.mode = hostif::IgMode::operate;
+            control.hostFrameNumber = 100 + frame;
+            control.countsFrames = true;
+            say(control);
+            hostif::EntityControl ownship;
+            ownship.state = hostif::EntityState::active;
+            ownship.latitudeDegOrXM = 57.45 + 1e-4 * frame;
+            ownship.longitudeDegOrYM = -4.9;
+            ownship.altitudeOrZM = 900;
+            ownship.pitchDeg = -10;
+            say(hostif::HostMessage(ownship));
+            if (asks) {
+                hostif::HatHotRequest request;
+                request.type = hostif::HatHotType::extended;
+                request.latitudeDegOrXM = 57.47;
+                request.longitudeDegOrYM = -4.95;
+                say(hostif::HostMessage(request));
+            }
+            const int64_t timeNs = 1'000'000'000 + frame * 20'000'000LL;
+            if (generator.feed(bytes, host, timeNs)) {
+                const bool placed = generator.replayFrame(timeNs).placed;
+                CHECK((frame + 1 < kFrames || placed));
+                pictures.insert(pictures.end(), newest.begin(), newest.end());
+            }
+        }
+        CHECK((generator.summary(0, 0).queries.answers > 0) == asks);
+        return pictures;
+    };
+    const std::vector<std::byte> silent = fly(false);
+    CHECK(silent.size() == size_t{kFrames} * 320 * 180 * 4);
+    CHECK((fly(true) == silent));
+}
+
+TEST_CASE("a plan leaves the morph out where no budget, tolerance or cache lets anything jump by a pixel")
+{
+    const test::TempDir dir;
+    const auto dataset = ig::data::Dataset::open(makeDataset(dir, "small", hills, 100));
+    REQUIRE(dataset);
+    config::Settings small;
+    small.terrain.tolerancePx = ig::app::kUnseenMorphPx;
+    small.terrain.triangleBudget = 4 * 2 * 64 * 64; // all that the dataset has
+    const auto showsWith = [&](const std::function<void(config::Settings&)>& change) {
+        config::Settings settings = small;
+        change(settings);
+        CHECK((ig::app::ImageGenerator::plan(settings, *dataset).renderer.morph != ig::gl::Morph::none) ==
+              ig::app::showsMorph(settings, *dataset));
+        return ig::app::showsMorph(settings, *dataset);
+    };
+    CHECK_FALSE(showsWith([](config::Settings&) {}));
+    CHECK(showsWith([](config::Settings& s) { s.terrain.tolerancePx = 1.01 * ig::app::kUnseenMorphPx; }));
+    CHECK(showsWith([](config::Settings& s) { s.terrain.tolerancePx = std::nan(""); }));
+    CHECK(showsWith([](config::Settings& s) { s.terrain.triangleBudget -= 1; }));
+    CHECK(showsWith([](config::Settings& s) { s.terrain.frameTimeMs = 10; })); // may take budget away
+    CHECK(showsWith([](config::Settings& s) {
+        s.views.resize(2);
+        s.views[1].tolerancePx = 1;
+    }));
+    CHECK_FALSE(showsWith([](config::Settings& s) {
+        s.terrain.frameTimeMs = 10;
+        s.terrain.smallestTriangleBudget = s.terrain.triangleBudget;
+    }));
+    const auto large = ig::data::Dataset::open(makeDataset(dir, "large", hills));
+    REQUIRE(large);
+    small.terrain.triangleBudget = 16 * 2 * 64 * 64;
+    CHECK_FALSE(ig::app::showsMorph(small, *large));
+    small.terrain.pageCacheMib = 1; // not all pages
+    CHECK(ig::app::showsMorph(small, *large));
+}
+
+TEST_CASE("a run without the morph says so when new settings would show it")
+{
+    if (!hasDriver()) {
+        return;
+    }
+    struct Lines : ig::LogSink {
+        void write(ig::LogLevel, std::string_view line) override { text += std::string(line) + "\n"; }
+        std::string text;
+    };
+    const test::TempDir dir;
+    Lines log;
+    config::Settings settings = smallPicture(makeDataset(dir, "small", hills, 100));
+    settings.host.listen.clear();
+    settings.terrain.tolerancePx = 0.1;
+    settings.terrain.triangleBudget = 40'000;
+    const auto generator = generatorOf(settings, log);
+    settings.terrain.tolerancePx = 0.2;
+    generator->apply(settings);
+    CHECK(log.text.find("morph_left_out") == std::string::npos);
+    settings.terrain.tolerancePx = 3;
+    generator->apply(settings);
+    CHECK(log.text.find("morph_left_out") != std::string::npos);
+    CHECK(generator->frame(1'000'000'000, 0).front().lod.triangles > 0);
 }
 
 #if defined(EYEPOINT_SELFTEST)
@@ -313,6 +515,42 @@ TEST_CASE("eyepoint-ig --selftest passes on this machine and says so in both for
     CHECK(json["cases"].size() > 500);
 }
 #endif
+
+TEST_CASE("host, listener, log, receipts and other sinks change no pixel of a program's pictures",
+          "[program]")
+{
+    if (!hasDriver()) {
+        return;
+    }
+    const test::TempDir dir;
+    const std::string terrain = makeDataset(dir, "hills", hills);
+    const auto fly = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> arguments{
+            "eyepoint-ig", "--terrain", terrain, "--frames", "5", "--sink", "raw:" + dir.file("raw")};
+        for (const char* setting : {"view.width=160", "view.height=90", "terrain.wait_for_pages=true"}) {
+            arguments.insert(arguments.end(), {"--set", setting});
+        }
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        test::Process process(arguments, dir.file("out"), dir.file("err"));
+        INFO(test::readFile(dir.file("err")));
+        REQUIRE(process.wait(60) == 0);
+        return test::readFile(dir.file("raw"));
+    };
+    const std::vector<std::string> bare{"--set", "host.listen=", "--set", "log.level=error"};
+    const std::string pictures = fly(bare);
+    CHECK(pictures.size() == 5U * 160 * 90 * 4);
+    const std::vector<std::vector<std::string>> forced{
+        {"--listen", "127.0.0.1:0"},
+        {"--set", "output.metrics=127.0.0.1:0"},
+        {"--set", "log.level=debug"},
+        {"--sink", "null", "--sink", "y4m:" + dir.file("y4m"), "--receipts", dir.file("receipts")}};
+    for (const auto& part : forced) {
+        INFO(part[1]);
+        std::vector<std::string> more = bare;
+        more.insert(more.end(), part.begin(), part.end());
+        CHECK((fly(more) == pictures));
+    }
+}
 
 TEST_CASE("frames that show the same are not drawn again, and the sinks get the same pictures", "[program]")
 {

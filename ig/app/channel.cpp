@@ -7,6 +7,7 @@
 #include "ig/app/steady_clock.h"
 #include "ig/out/receipt_sink.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace ig::app {
@@ -64,8 +65,7 @@ Channel::Channel(const config::Settings& settings, const config::View& view, siz
                  const ViewState& idle, std::vector<NamedSink> sinks)
     : _settings(view), _picture(picture), _turns(turns), _terrain(terrain), _renderer(renderer), _log(log),
       _terrainView(terrain, selectionSettings(settings, view), renderer), _view(idle),
-      _sinks(std::move(sinks)), _rgba(static_cast<size_t>(view.width * view.height) * 4),
-      _depthM(view.depth ? _rgba.size() / 4 : 0), _budget(static_cast<uint32_t>(view.triangleBudget)),
+      _sinks(std::move(sinks)), _budget(static_cast<uint32_t>(view.triangleBudget)),
       _skipIdentical(settings.output.skipIdentical)
 {
     if (settings.terrain.frameTimeMs > 0) {
@@ -74,6 +74,22 @@ Channel::Channel(const config::Settings& settings, const config::View& view, siz
             static_cast<uint32_t>(view.triangleBudget)};
         _timeControl.emplace(control, terrain.info().shape.ellipsoid);
     }
+    reserveMemory();
+}
+
+bool Channel::takesPictures() const noexcept
+{
+    return std::any_of(_sinks.begin(), _sinks.end(),
+                       [](const NamedSink& each) { return each.sink && each.sink->takesPictures(); });
+}
+
+// The control by frame time looks at the colours, and the sinks at everything.
+void Channel::reserveMemory()
+{
+    const auto pixels = static_cast<size_t>(_settings.width * _settings.height);
+    const bool sinksLook = takesPictures();
+    _rgba.resize(sinksLook || _timeControl ? 4 * pixels : 0);
+    _depthM.resize(sinksLook && _settings.depth ? pixels : 0);
 }
 
 Result<void> Channel::warmUp()
@@ -84,10 +100,7 @@ Result<void> Channel::warmUp()
     FrameStats unused;
     _renderer.setPicture(_picture);
     _terrainView.draw(_view, unused);
-    _renderer.read(_rgba);
-    if (!_depthM.empty()) {
-        _renderer.readDepth(_depthM);
-    }
+    bringIn({_rgba, _depthM}, 1.0);
     return {};
 }
 
@@ -113,12 +126,8 @@ FrameStats Channel::frame(const scene::World& world, const FrameMoment& moment)
     _light = moment.light;
     const int64_t drawn = clockNs();
     const out::FrameMemory memory = memoryForFrame();
-    if (isNew) {
-        _renderer.read(memory.rgba);
-        dim(memory.rgba, moment.light);
-        if (!memory.depthM.empty()) {
-            _renderer.readDepth(memory.depthM);
-        }
+    if (isNew || _readerCame) {
+        bringIn(memory, moment.light);
     }
     const int64_t readBack = clockNs();
     stats.readBackNs = readBack - drawn;
@@ -168,6 +177,21 @@ void Channel::tellReach()
     }
 }
 
+// The picture drawn last. Where nobody looks at it, the frame still lasts until it is there.
+void Channel::bringIn(const out::FrameMemory& memory, double light)
+{
+    _readerCame = false;
+    if (memory.rgba.empty()) {
+        _renderer.finish();
+        return;
+    }
+    _renderer.read(memory.rgba);
+    dim(memory.rgba, light);
+    if (!memory.depthM.empty()) {
+        _renderer.readDepth(memory.depthM);
+    }
+}
+
 // Straight into a ring where there is one, unless the picture may be wanted once more.
 out::FrameMemory Channel::memoryForFrame()
 {
@@ -205,6 +229,7 @@ void Channel::handOut(out::Receipt& receipt, const out::FrameMemory& memory, int
             sink.stats = sink.sink->stats();
             (void)sink.sink->close(); // it has said all there is
             sink.sink.reset();
+            reserveMemory(); // nobody may be left who looks
         }
     }
 }
@@ -223,6 +248,8 @@ void Channel::apply(const config::Settings& settings, const config::View& view)
 void Channel::addSink(std::string name, std::unique_ptr<out::FrameSink> sink)
 {
     _sinks.push_back({std::move(name), std::move(sink), {}});
+    reserveMemory();
+    _readerCame = true;
 }
 
 void Channel::finish()

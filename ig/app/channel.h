@@ -82,7 +82,10 @@ public:
     void addSinkNames(MetricsLabels& labels) const;
 
 private:
+    bool takesPictures() const noexcept;
+    void reserveMemory();
     out::FrameMemory memoryForFrame();
+    void bringIn(const out::FrameMemory& memory, double light);
     void tellReach();
     void handOut(out::Receipt& receipt, const out::FrameMemory& memory, int64_t recordingAheadNs);
 
@@ -97,8 +100,9 @@ private:
     bool _toldOutOfReach = false;                 // that the control cannot hold its time
     ViewState _view;                              // the last one drawn, at first the idle one
     std::vector<NamedSink> _sinks;
-    std::vector<std::byte> _rgba; // for frames that no sink has memory for
+    std::vector<std::byte> _rgba; // for frames that no sink has memory for; empty: nobody reads them
     std::vector<float> _depthM;   // empty: nobody wants it
+    bool _readerCame = false;     // since the last picture was read
     RunStatistics _statistics;
     uint64_t _frameNumber = 0;
     uint32_t _budget;

@@ -11,6 +11,7 @@
 #include "ig/app/terrain_view.h"
 #include "ig/data/height_query.h"
 #include "ig/gl/context.h"
+#include "ig/lod/bounds.h"
 #include "ig/out/frame_sink.h"
 
 #include <fmt/format.h>
@@ -102,6 +103,8 @@ PartCost costOf(const Make& make)
 // What is drawn at first, over one plan.
 class Scene {
 public:
+    enum class Ends { read, drawn }; // when a frame does
+
     static Result<std::unique_ptr<Scene>> make(const gl::Context& context, const config::Settings& settings,
                                                const Plan& plan, LogSink& log)
     {
@@ -127,19 +130,46 @@ public:
     }
 
     // A picture of each view, from the selection to the bytes; the first one's are kept.
-    FrameStats frame(bool keepPicture)
+    FrameStats frame(bool keepPicture, Ends ends = Ends::read)
     {
         FrameStats stats;
         for (size_t i = _views.size(); i-- > 0;) {
             _renderer->setPicture(i);
-            if (_views[i]->draw(_plan.views[i].idle, stats, keepPicture)) {
-                _picture.resize(size_t{4} * static_cast<size_t>(_plan.views[i].idle.widthPx) *
-                                static_cast<size_t>(_plan.views[i].idle.heightPx));
-                _renderer->read(_picture);
+            if (!_views[i]->draw(_plan.views[i].idle, stats, keepPicture)) {
+                continue;
+            }
+            if (ends == Ends::read) {
+                readPicture(i);
+            } else {
+                _renderer->finish();
             }
         }
         return stats;
     }
+
+    // Of view i, as it was drawn last.
+    void readPicture(size_t i = 0)
+    {
+        _renderer->setPicture(i);
+        _picture.resize(pictureBytes(i));
+        _renderer->read(_picture);
+    }
+
+    size_t pictureBytes(size_t i) const noexcept
+    {
+        const ViewState& view = _plan.views[i].idle;
+        return size_t{4} * static_cast<size_t>(view.widthPx) * static_cast<size_t>(view.heightPx);
+    }
+
+    // The first view by a list of one's own.
+    void drawList(const lod::DrawList& list)
+    {
+        _renderer->setPicture(0);
+        _renderer->draw(_plan.views.front().idle, list, _terrain.slotOfPage());
+        readPicture();
+    }
+
+    const lod::DrawList& firstList() const noexcept { return _views.front()->drawList(); }
 
     // Vertices, texels and morph of the root page, as a loader's thread makes them.
     void makePage()
@@ -176,6 +206,60 @@ private:
     data::PageMesh _mesh;
 };
 
+// A page's posts as triangles, one quadrant after the other, north-west first.
+constexpr uint32_t kQuadrantIndices = 3 * 2 * (lod::kPageIntervals / 2) * (lod::kPageIntervals / 2);
+std::vector<uint16_t> wholePageIndices()
+{
+    constexpr uint32_t kHalf = lod::kPageIntervals / 2;
+    std::vector<uint16_t> indices;
+    indices.reserve(size_t{4} * kQuadrantIndices);
+    for (uint32_t quadrant = 0; quadrant < 4; ++quadrant) {
+        for (uint32_t cell = 0; cell < kHalf * kHalf; ++cell) {
+            const uint32_t row = quadrant / 2 * kHalf + cell / kHalf;
+            const uint32_t col = quadrant % 2 * kHalf + cell % kHalf;
+            const auto northWest = static_cast<uint16_t>(row * lod::kPagePosts + col);
+            const auto southWest = static_cast<uint16_t>(northWest + lod::kPagePosts);
+            for (const int post :
+                 {northWest + 0, southWest + 0, southWest + 1, northWest + 0, southWest + 1, northWest + 1}) {
+                indices.push_back(static_cast<uint16_t>(post));
+            }
+        }
+    }
+    return indices;
+}
+
+// What a selection draws, with every post of the finest pages that it uses.
+lod::DrawList withEveryPost(const lod::DrawList& selected, const TerrainResidency& terrain,
+                            const ViewState& view)
+{
+    constexpr float kAllTheWay = 1e30F;
+    const lod::TerrainShape& shape = terrain.info().shape;
+    const std::span<const lod::PageNode> pages = terrain.dataset().pages();
+    const lod::Visibility visibility(view, shape.ellipsoid, pages[0].minHeightM);
+    std::vector<bool> used(pages.size(), false);
+    for (const uint32_t page : selected.usedPages) {
+        used[page] = true;
+    }
+    lod::DrawList whole;
+    whole.morph.reach = kAllTheWay;
+    whole.indices = wholePageIndices();
+    for (const uint32_t number : selected.usedPages) {
+        const lod::PageNode& page = pages[number];
+        for (uint32_t q = 0; q < 4; ++q) {
+            const lod::TileKey quadrant{page.depth + 1, 2 * page.x + q % 2, 2 * page.y + q / 2};
+            const int32_t child = page.child[q];
+            const bool drawnFiner = child != lod::kNoPage && used[static_cast<size_t>(child)];
+            auto planes = lod::Visibility::kAllPlanes;
+            if (!drawnFiner && lod::onGrid(shape, quadrant) &&
+                visibility.sees(lod::tileBox(shape, quadrant, page.minHeightM, page.maxHeightM), planes)) {
+                whole.lists.push_back({number, q * kQuadrantIndices, kQuadrantIndices});
+                whole.stats.triangles += kQuadrantIndices / 3;
+            }
+        }
+    }
+    return whole;
+}
+
 size_t changedPixels(const std::vector<std::byte>& a, const std::vector<std::byte>& b)
 {
     size_t count = 0;
@@ -210,6 +294,8 @@ public:
             }
         }
         addRedraw();
+        addEveryPost();
+        addReadBack();
         addDepth();
         addTimeControl();
         addHost();
@@ -285,14 +371,18 @@ private:
     Result<void> addMorph()
     {
         const bool used = _plan.renderer.morph != gl::Morph::none;
-        return addFlipped("morph: program, 8 bytes a vertex", used,
-                          fmt::format("terrain.morph is {}", _settings.terrain.morph), [used](Plan& plan) {
-                              plan.renderer.morph = rendererMorph(plan.terrain.selection.method, !used);
-                              plan.terrain.selection.morph = !used;
-                              for (Plan::View& view : plan.views) {
-                                  view.selection.morph = !used;
-                              }
-                          });
+        std::string why = fmt::format("terrain.morph is {}", _settings.terrain.morph);
+        if (_settings.terrain.morph && !used) {
+            why += fmt::format(", but all triangles fit into the budget, and no tolerance is over {:g} px",
+                               kUnseenMorphPx);
+        }
+        return addFlipped("morph: program, 8 bytes a vertex", used, std::move(why), [used](Plan& plan) {
+            plan.renderer.morph = rendererMorph(plan.terrain.selection.method, !used);
+            plan.terrain.selection.morph = !used;
+            for (Plan::View& view : plan.views) {
+                view.selection.morph = !used;
+            }
+        });
     }
 
     Result<void> addTextures()
@@ -368,6 +458,62 @@ private:
             fmt::format("output.skip_identical is {}", _settings.output.skipIdentical), cost);
     }
 
+    // Flat and distant ground collapses to what the bound asks for.
+    void addEveryPost()
+    {
+        _scene->frame(false);
+        const std::vector<std::byte> planned = _scene->picture();
+        const lod::DrawList& selected = _scene->firstList();
+        lod::DrawList whole = withEveryPost(selected, _scene->terrain(), _plan.views.front().idle);
+        whole.number = _scene->terrain().nextListNumber();
+        PartCost cost;
+        cost.triangles = static_cast<int64_t>(whole.stats.triangles) - selected.stats.triangles;
+        cost.frameMs = leastMsMore([&] { _scene->drawList(whole); }, [&] { _scene->drawList(selected); });
+        _scene->drawList(whole);
+        cost.changedPixels = changedPixels(planned, _scene->picture());
+        add("posts that the bound leaves out", false,
+            fmt::format("{} of {} triangles keep what is drawn within {:.3g} px", selected.stats.triangles,
+                        whole.stats.triangles, selected.stats.errorPx),
+            cost);
+    }
+
+    void addReadBack()
+    {
+        _scene->frame(false);
+        const std::vector<std::byte> read = _scene->picture();
+        PartCost cost = costOf([this] {
+            auto memory = std::make_unique<std::vector<std::vector<std::byte>>>();
+            for (size_t i = 0; i < _plan.views.size(); ++i) {
+                memory->emplace_back(_scene->pictureBytes(i));
+            }
+            return memory;
+        });
+        cost.frameMs =
+            leastMsMore([&] { _scene->frame(false); }, [&] { _scene->frame(false, Scene::Ends::drawn); });
+        _scene->frame(false, Scene::Ends::drawn);
+        _scene->readPicture();
+        cost.changedPixels = changedPixels(read, _scene->picture());
+        const std::vector<config::View> views = config::viewsOf(_settings);
+        const auto withSinks = std::count_if(views.begin(), views.end(),
+                                             [](const config::View& view) { return !view.sinks.empty(); });
+        const bool steers = _settings.terrain.frameTimeMs > 0;
+        add("read-back of pictures", steers || withSinks > 0,
+            fmt::format(
+                "{} of {} views have sinks, and terrain.frame_time_ms is {:g}; else a frame ends when "
+                "it is drawn",
+                withSinks, views.size(), _settings.terrain.frameTimeMs),
+            cost);
+    }
+
+    size_t sinksNamed() const
+    {
+        size_t named = 0;
+        for (const config::View& view : config::viewsOf(_settings)) {
+            named += view.sinks.size();
+        }
+        return named;
+    }
+
     void addDepth()
     {
         const config::View view = config::viewsOf(_settings).front();
@@ -380,7 +526,10 @@ private:
         } else {
             why += "; this driver cannot read depth";
         }
-        add("depth plane", view.depth, std::move(why), cost);
+        if (view.sinks.empty()) {
+            why += "; no sink takes it";
+        }
+        add("depth plane", view.depth && !view.sinks.empty(), std::move(why), cost);
     }
 
     void addTimeControl()
@@ -467,11 +616,7 @@ private:
 
     void addSinks()
     {
-        size_t named = 0;
-        for (const config::View& view : config::viewsOf(_settings)) {
-            named += view.sinks.size();
-        }
-        std::string why = fmt::format("{} named in the settings", named);
+        std::string why = fmt::format("{} named in the settings", sinksNamed());
         std::error_code error;
         std::string folder =
             (std::filesystem::temp_directory_path(error) / "eyepoint-explain-XXXXXX").string();
@@ -485,7 +630,7 @@ private:
             why += cost.threads ? "; measured: one of png" : "; png is not built in";
             std::filesystem::remove_all(folder, error);
         }
-        add("sinks", named > 0, std::move(why), cost);
+        add("sinks", sinksNamed() > 0, std::move(why), cost);
     }
 
     void addMetrics()

@@ -21,6 +21,7 @@ struct PartCost {
     std::optional<double> pageMs;  // of making a page, off the frame's thread
     std::optional<int64_t> bytes;  // with the renderer, or of the heap where it has no part in it
     std::optional<int> threads;
+    std::optional<int64_t> triangles;    // of the first view
     std::optional<size_t> changedPixels; // of the first view
 };
 

@@ -8,16 +8,17 @@ namespace ig::app {
 
 std::string Explanation::table() const
 {
-    std::string text = fmt::format("{:<38} {:<9} {:>9} {:>9} {:>11} {:>8} {:>8}  {}\n", "part", "",
-                                   "ms/frame", "ms/page", "bytes", "threads", "pixels", "why");
+    std::string text = fmt::format("{:<38} {:<9} {:>9} {:>9} {:>11} {:>8} {:>9} {:>8}  {}\n", "part", "",
+                                   "ms/frame", "ms/page", "bytes", "threads", "triangles", "pixels", "why");
     const auto cell = [](const auto& value, const char* format) {
         return value ? fmt::format(fmt::runtime(format), *value) : std::string("-");
     };
     for (const Part& part : parts) {
-        text += fmt::format("{:<38} {:<9} {:>9} {:>9} {:>11} {:>8} {:>8}  {}\n", part.name,
+        text += fmt::format("{:<38} {:<9} {:>9} {:>9} {:>11} {:>8} {:>9} {:>8}  {}\n", part.name,
                             part.used ? "used" : "left out", cell(part.cost.frameMs, "{:+.3f}"),
                             cell(part.cost.pageMs, "{:+.3f}"), cell(part.cost.bytes, "{:+}"),
-                            cell(part.cost.threads, "{:+}"), cell(part.cost.changedPixels, "{}"), part.why);
+                            cell(part.cost.threads, "{:+}"), cell(part.cost.triangles, "{:+}"),
+                            cell(part.cost.changedPixels, "{}"), part.why);
     }
     return text +
            fmt::format(
@@ -39,6 +40,7 @@ std::string Explanation::json() const
                         {"page_ms", number(part.cost.pageMs)},
                         {"bytes", number(part.cost.bytes)},
                         {"threads", number(part.cost.threads)},
+                        {"triangles", number(part.cost.triangles)},
                         {"changed_pixels", number(part.cost.changedPixels)}});
     }
     const Json json{{"target", target}, {"pages", tiles}, {"tiles_visited", tilesVisited}, {"parts", list}};

@@ -19,8 +19,9 @@ struct FrameStats {
     int64_t frameNs = 0;
     int64_t hostNs = 0; // receive, apply, answer
     int64_t selectNs = 0;
-    int64_t drawNs = 0;     // until GL has taken the commands
-    int64_t readBackNs = 0; // until the picture is here: with a deferring driver most of the drawing
+    int64_t drawNs = 0; // until GL has taken the commands
+    // Until the picture is here, or drawn where nobody reads it: with a deferring driver most of the drawing.
+    int64_t readBackNs = 0;
     int64_t sinkNs = 0;
     int64_t loadNs = 0; // pages read, decoded and uploaded
     // From the kernel's receipt of the newest host message used to the frame in the sinks; -1 when no

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "ig/app/image_generator.h"
 
+#include "ig/app/log.h"
 #include "ig/app/steady_clock.h"
 #include "ig/geo/attitude.h"
 #include "ig/gl/driver_memory.h"
@@ -66,6 +67,18 @@ gl::RendererSettings rendererSettings(const config::Settings& settings, const da
 // Above the summits; from much higher up haze would hide all of a large terrain.
 constexpr double kIdleHeightM = 3000;
 
+// No selection draws more, whatever its view.
+uint64_t allTriangles(const data::Dataset& dataset)
+{
+    constexpr uint64_t kOfPage = uint64_t{2} * lod::kPageIntervals * lod::kPageIntervals;
+    const std::span<const lod::PageNode> pages = dataset.pages();
+    const int deepest = dataset.info().shape.deepestPage;
+    return kOfPage * static_cast<uint64_t>(
+                         std::count_if(pages.begin(), pages.end(), [deepest](const lod::PageNode& page) {
+                             return page.depth == deepest;
+                         }));
+}
+
 // Until the host says where the ownship is: above the middle of the terrain, looking north and down.
 ViewState idleView(const data::DatasetInfo& dataset, const config::Settings& settings,
                    const config::View& view)
@@ -83,6 +96,22 @@ ViewState idleView(const data::DatasetInfo& dataset, const config::Settings& set
 }
 
 } // namespace
+
+bool showsMorph(const config::Settings& settings, const data::Dataset& dataset)
+{
+    if (!settings.terrain.morph) {
+        return false;
+    }
+    const std::vector<config::View> views = config::viewsOf(settings);
+    const auto mayJump = [&](const config::View& view) {
+        const int64_t leastBudget =
+            settings.terrain.frameTimeMs > 0 ? settings.terrain.smallestTriangleBudget : view.triangleBudget;
+        return !(view.tolerancePx <= kUnseenMorphPx) ||
+               static_cast<uint64_t>(leastBudget) < allTriangles(dataset);
+    };
+    return std::any_of(views.begin(), views.end(), mayJump) ||
+           pageSlots(settings, dataset.pages().size()) < dataset.pages().size();
+}
 
 Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Settings& settings, LogSink& log)
 {
@@ -165,8 +194,10 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
     return generator;
 }
 
-Plan ImageGenerator::plan(const config::Settings& settings, const data::Dataset& dataset)
+Plan ImageGenerator::plan(const config::Settings& wanted, const data::Dataset& dataset)
 {
+    config::Settings settings = wanted;
+    settings.terrain.morph = showsMorph(wanted, dataset);
     Plan plan;
     plan.renderer = rendererSettings(settings, dataset);
     plan.terrain = terrainSettings(settings, dataset.pages().size());
@@ -181,11 +212,12 @@ ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, H
                                gl::Context context, std::unique_ptr<gl::Renderer> renderer,
                                data::Dataset dataset, const TerrainSettings& terrain,
                                std::vector<std::vector<Channel::NamedSink>> sinks)
-    : _settings(settings), _host(std::move(host)), _lossFade(settings.host.fadeS),
+    : _settings(settings), _log(log), _host(std::move(host)), _lossFade(settings.host.fadeS),
       _context(std::move(context)), _renderer(std::move(renderer)),
       _terrain(std::move(dataset), terrain, *_renderer, log),
       _world(_terrain.info().shape.ellipsoid, viewDefaults(settings, config::viewsOf(settings).front()))
 {
+    _settings.terrain.morph = terrain.selection.morph; // as planned
     const std::vector<config::View> views = config::viewsOf(settings);
     for (const config::View& view : views) {
         _rateHz = std::max(_rateHz, view.rateHz);
@@ -199,7 +231,7 @@ ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, H
             _world.setDefaults(static_cast<uint16_t>(views[i].id), viewDefaults(settings, views[i]));
         }
         _channels.push_back(std::make_unique<Channel>(
-            settings, views[i], i, SlotTurns(every, before % every), _terrain, *_renderer, log,
+            _settings, views[i], i, SlotTurns(every, before % every), _terrain, *_renderer, log,
             idleView(_terrain.info(), settings, views[i]), std::move(sinks[i])));
     }
     _made.reserve(_channels.size());
@@ -309,6 +341,12 @@ FrameStats ImageGenerator::together(int64_t hostNs, int64_t frameNs) const
 void ImageGenerator::apply(const config::Settings& settings)
 {
     config::applyLive(settings, _settings);
+    if (!_settings.terrain.morph && showsMorph(settings, _terrain.dataset())) {
+        _log.write(LogLevel::warning,
+                   logLine("morph_left_out",
+                           {{"reason", "it did not show at start, and with these settings it would"},
+                            {"remedy", "start again; until then triangles jump by the tolerance"}}));
+    }
     _terrain.setPageLoadsPerFrame(static_cast<uint32_t>(_settings.terrain.pageLoadsPerFrame));
     const std::vector<config::View> views = config::viewsOf(_settings);
     for (size_t i = 0; i < _channels.size(); ++i) {

@@ -44,7 +44,7 @@ public:
                                                                    LogSink& log);
 
     // What create() makes of a dataset.
-    static Plan plan(const config::Settings& settings, const data::Dataset& dataset);
+    static Plan plan(const config::Settings& wanted, const data::Dataset& dataset);
 
     // Makes the frames of one slot of the schedule: one of each view whose turn it is, in the order of the
     // settings. startNs: when it starts, steady clock. The span is good until the next call.
@@ -64,7 +64,8 @@ public:
     // One more sink of the first view, after those of the settings.
     void addSink(std::string name, std::unique_ptr<out::FrameSink> sink);
 
-    // Takes over what may change while running (config::applyLive), between two frames.
+    // Takes over what may change while running (config::applyLive), between two frames. What the plan has
+    // left out stays out: the log says so where it would show.
     void apply(const config::Settings& settings);
 
     // The state of the run so far. missedFrames (slots of the schedule) and durationS come from whoever kept
@@ -93,7 +94,8 @@ private:
     double displayTimeS(double nowS) const;
     FrameStats together(int64_t hostNs, int64_t frameNs) const;
 
-    config::Settings _settings;
+    config::Settings _settings; // morph: as planned
+    LogSink& _log;
     HostLink _host;
     LossFade _lossFade;
     gl::Context _context;

@@ -3,7 +3,9 @@
 // is built from it (ImageGenerator::plan); explain.h measures it.
 #pragma once
 
+#include "config/settings.h"
 #include "ig/app/terrain_residency.h"
+#include "ig/data/dataset.h"
 #include "ig/geo/view_state.h"
 #include "ig/gl/renderer.h"
 
@@ -18,7 +20,7 @@ struct Plan {
     };
 
     // Programs, attributes and textures: haze with a visibility, the variant for holes where the dataset has
-    // some, what moves vertices where they are to move, textures where colours differ, no more slots than
+    // some, what moves vertices where it shows, textures where colours differ, no more slots than
     // there are pages.
     gl::RendererSettings renderer;
     TerrainSettings terrain;
@@ -31,5 +33,12 @@ struct Plan {
         terrain.texels = !renderer.colour;
     }
 };
+
+// Whether a picture can show that vertices move (terrain.morph) instead of jumping: not where each view's
+// budget holds all triangles of the dataset, so that tau is the tolerance in every frame, and the tolerance
+// is kUnseenMorphPx at most. Pictures stretch displacements towards their corners, by three where they are
+// 90 degrees wide and high: there a jump is still under a pixel. Pages are then all resident, too.
+inline constexpr double kUnseenMorphPx = 0.25;
+bool showsMorph(const config::Settings& settings, const data::Dataset& dataset);
 
 } // namespace ig::app

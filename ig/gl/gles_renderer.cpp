@@ -46,6 +46,8 @@ public:
 
     void read(std::span<std::byte> rgba) override { _targets[_picture].read(rgba); }
 
+    void finish() override { glFinish(); }
+
     void readDepth(std::span<float> depthM) override
     {
         _targets[_picture].readDepth(depthM);

@@ -13,6 +13,7 @@ public:
         uint64_t uploads = 0;
         uint64_t draws = 0; // frames
         uint64_t reads = 0;
+        uint64_t finishes = 0;
         uint64_t tiles = 0;     // over all frames
         uint64_t lists = 0;     // over all frames
         uint64_t triangles = 0; // over all frames
@@ -29,6 +30,7 @@ public:
     uint64_t listBytes() const noexcept override { return _listBytes; }
     // Fills with the low byte of the number of draws, so that frames differ.
     void read(std::span<std::byte> rgba) override;
+    void finish() override { ++_counts.finishes; }
     void readDepth(std::span<float> depthM) override; // infinity
     double depthAt(int xPx, int yPx) override;        // infinity
     uint64_t gpuBytes() const noexcept override { return 0; }

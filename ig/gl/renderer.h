@@ -4,7 +4,7 @@
 //
 // A frame: draw() clears to haze (reversed depth: 0 is infinitely far), draws the tiles nearest first with
 // shared static index buffers, or the page lists with their own indices, then the sky above the horizon where
-// nothing was drawn; read() copies the picture out, top row first.
+// nothing was drawn; read() copies the picture out, top row first, or finish() only waits for it.
 #pragma once
 
 #include "ig/base/result.h"
@@ -81,6 +81,9 @@ public:
     // Waits for the picture and copies it into rgba (widthPx * heightPx * 4 bytes, top row first). Alpha is
     // 255 where terrain is drawn and 0 where there is sky.
     virtual void read(std::span<std::byte> rgba) = 0;
+
+    // Waits until the picture is drawn: what is left of read() where nobody looks at it.
+    virtual void finish() = 0;
 
     // As read(), of distances: metres along the viewing axis, infinity for sky, widthPx * heightPx values,
     // top row first. Only where ContextInfo::readDepth says so.

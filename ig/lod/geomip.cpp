@@ -84,7 +84,7 @@ void GeomipSelector::select(const ViewState& view, DrawList& out)
     out.usedPages.clear();
     out.wantedPages.clear();
     out.stats = {};
-    out.stats.tauPx = _settings.tolerancePx;
+    out.stats.tauPx = std::min(_settings.tolerancePx, kNoBoundPx);
     if (_slotOfPage[0] < 0) {
         out.wantedPages.push_back(0);
         return;

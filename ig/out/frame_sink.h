@@ -20,7 +20,7 @@ namespace ig::out {
 struct Frame {
     int widthPx = 0;
     int heightPx = 0;
-    std::span<const std::byte> rgba;  // widthPx * heightPx * 4 bytes
+    std::span<const std::byte> rgba;  // widthPx * heightPx * 4 bytes, see FrameSink::takesPictures
     uint64_t number = 0;              // counts rendered frames from 0
     std::span<const float> depthM{};  // widthPx * heightPx, or empty; see eyepoint_frames.h for what it means
     const Receipt* receipt = nullptr; // nothing: only the number is known of this frame
@@ -44,6 +44,8 @@ public:
     // then written from there is not copied. Asked for right before reading back: readers are already held
     // off it.
     virtual FrameMemory memoryForNext() { return {}; }
+    // Whether the sink looks at pictures; else its frames may come without: rgba and depthM empty.
+    virtual bool takesPictures() const { return true; }
     // Takes the frame. An error ends this sink, not the image generator: the caller reports it once and
     // stops calling.
     virtual Result<void> write(const Frame& frame) = 0;

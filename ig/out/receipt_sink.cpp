@@ -74,6 +74,8 @@ public:
         return {};
     }
 
+    bool takesPictures() const override { return false; }
+
     SinkStats stats() const override
     {
         const std::lock_guard lock(_mutex);

@@ -35,33 +35,34 @@ void limits(Bench& bench, const Ground& ground)
     Report& report = bench.report;
     const ViewState view = viewOf(ground, {90, 100, ground.largestHeightM() + 400, {0.5, -0.4, 0.0}});
     lod::DrawList list;
-    for (const auto& [name, method] :
-         {std::pair<const char*, lod::Method>{"smallest budget, hybrid", lod::Method::hybrid},
-          std::pair<const char*, lod::Method>{"smallest budget, bintree", lod::Method::bintree},
-          std::pair<const char*, lod::Method>{"smallest budget, geomip", lod::Method::geomip}}) {
+    constexpr std::array kMethods{lod::Method::hybrid, lod::Method::bintree, lod::Method::geomip};
+    for (const lod::Method method : kMethods) {
         Findings findings;
         settle(ground, view,
                {.method = method, .triangleBudget = lod::smallestBudget(method), .morph = false}, findings,
                list);
-        findings.report(report, kArea, name, kSelectionMs);
+        findings.report(report, kArea, std::string("smallest budget, ") + nameOf(method), kSelectionMs);
     }
     for (const auto& [name, tolerancePx] :
          {std::pair<const char*, float>{"a million, tolerance 0", 0.0F},
           std::pair<const char*, float>{"a million, tolerance infinite",
                                         std::numeric_limits<float>::infinity()}}) {
-        for (const lod::Method method : {lod::Method::hybrid, lod::Method::bintree}) {
+        for (const lod::Method method : kMethods) {
             Findings findings;
-            settle(ground, view, {.method = method, .triangleBudget = 1'000'000, .tolerancePx = tolerancePx},
-                   findings, list);
-            const std::string full =
-                std::string(name) + (method == lod::Method::hybrid ? ", hybrid" : ", bintree");
+            settle(
+                ground, view,
+                {.method = method, .triangleBudget = 1'000'000, .tolerancePx = tolerancePx, .morph = false},
+                findings, list);
+            const std::string full = std::string(name) + ", " + nameOf(method);
             findings.report(report, kArea, full, kSelectionMs);
             if (tolerancePx == 0.0F) {
                 // What is left is what a thousandth of a pixel hides.
                 report.atMost(kArea, full, "error at all posts", "px", 0.01,
                               errorPx(ground, surfaceOf(ground, list, view.eye.m), view));
             } else {
-                report.atMost(kArea, full, "triangles", "", 2, list.stats.triangles);
+                // The least that there is: two of a bin-tree, a tile.
+                report.atMost(kArea, full, "triangles", "",
+                              method == lod::Method::geomip ? lod::kTileTriangles : 2, list.stats.triangles);
             }
         }
     }
@@ -100,6 +101,18 @@ void time(Report& report)
     const BudgetOutcome ample = simulateBudget({steady, price, 0.03}, {1'000, kSmallest, kLargest});
     report.atLeast(kArea, "time budget of 1 s", "last triangle budget", "", kLargest, ample.budgets.back());
     report.atMost(kArea, "time budget of 1 s", "reversals a minute", "", 0, ample.reversalsPerMinute);
+
+    // One frame in which the machine did something else.
+    constexpr double kGapS = 60;
+    const auto gap = [](double timeS) {
+        return CostCurve{timeS >= kGapS && timeS < kGapS + 1 / kSimulatedRateHz ? 10'000.0 : 2.5};
+    };
+    const BudgetOutcome stopped =
+        simulateBudget({.share = steady, .curve = gap, .minutes = 2}, {10, kSmallest, kLargest});
+    const auto atGap = stopped.budgets.begin() + static_cast<std::ptrdiff_t>(kGapS * kSimulatedRateHz);
+    report.atLeast(kArea, "a frame of 10 s among those of 10 ms", "smallest triangle budget after / before",
+                   "", 0.5,
+                   static_cast<double>(*std::min_element(atGap + 1, stopped.budgets.end())) / *atGap);
 
     for (const double noise : {0.03, 0.10}) {
         const BudgetOutcome jumps = simulateBudget({steady, jumpingCurve, noise}, {10, kSmallest, kLargest});

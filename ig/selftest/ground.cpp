@@ -9,6 +9,19 @@
 
 namespace ig::selftest {
 
+const char* nameOf(lod::Method method) noexcept
+{
+    switch (method) {
+    case lod::Method::geomip:
+        return "geomip";
+    case lod::Method::bintree:
+        return "bintree";
+    case lod::Method::hybrid:
+        return "hybrid";
+    }
+    return "";
+}
+
 using lod::kPagePosts;
 
 terrain::GridPlace placeAround(double latitudeDeg, double longitudeDeg, uint32_t cols, uint32_t rows)

@@ -25,6 +25,8 @@ struct GroundPlan {
     std::function<double(uint32_t col, uint32_t row)> heightM; // NaN: a hole
 };
 
+const char* nameOf(lod::Method method) noexcept;
+
 // Posts 50 m apart in both directions, the grid's middle at a place in degrees; heights to 0.1 m.
 terrain::GridPlace placeAround(double latitudeDeg, double longitudeDeg, uint32_t cols, uint32_t rows);
 

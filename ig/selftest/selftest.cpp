@@ -53,8 +53,12 @@ Result<Outcome> run(const Settings& settings)
         outcome.target = screen->info().renderer + " / " + screen->info().version;
     }
     Bench bench{outcome.report, screen.get(), folder, settings.rounds};
-    // A minute for one round, shared out; what is slower than that hangs.
-    constexpr double kAreaS = 60;
+    constexpr double kRoundS = 60;
+    const Clock::time_point begun = Clock::now();
+    const auto reportTime = [&](const char* area, Clock::time_point since) {
+        const std::chrono::duration<double> taken = Clock::now() - since;
+        outcome.report.atMost(area, "all", "time taken", "s", kRoundS * settings.rounds, taken.count());
+    };
     using Cases = Result<void> (*)(Bench&);
     for (const auto& [area, cases] :
          std::array<std::pair<const char*, Cases>, 7>{{{"geodesy", geodesyCases},
@@ -68,9 +72,9 @@ Result<Outcome> run(const Settings& settings)
         if (auto done = cases(bench); !done) {
             return fail(done.error().kind, std::string(area) + ": " + done.error().message);
         }
-        const std::chrono::duration<double> taken = Clock::now() - start;
-        outcome.report.atMost(area, "all", "time taken", "s", kAreaS * settings.rounds, taken.count());
+        reportTime(area, start);
     }
+    reportTime("all", begun);
     if (screen) {
         outcome.report.atMost("graphics", "all", "errors that the driver reported", "", 0,
                               screen->driverErrors());

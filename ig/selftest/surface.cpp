@@ -214,6 +214,11 @@ void Findings::examine(const Ground& ground, const ViewState& view, const lod::D
             notFinite += std::isfinite(place.x + place.y + place.z) ? 0 : 1;
         }
     }
+    for (const glm::dmat4& matrix : {glm::dmat4(view.eyeFromEcef), glm::dmat4(clipFromEye(view.frustum))}) {
+        for (int column = 0; column < 4; ++column) {
+            notFinite += std::isfinite(glm::dot(matrix[column], glm::dvec4(1.0))) ? 0 : 1;
+        }
+    }
     for (const float figure : {list.stats.errorPx, list.stats.tauPx, list.morph.reach, list.morph.cutM}) {
         notFinite += std::isfinite(figure) ? 0 : 1;
     }

@@ -147,10 +147,7 @@ Result<void> look(Bench& bench, const GroundPlan& plan)
             select(*selector, view, list, findings);
             findings.examine(*ground, view, list, kBudget);
         }
-        const char* name = method == lod::Method::hybrid    ? "hybrid"
-                           : method == lod::Method::bintree ? "bintree"
-                                                            : "geomip";
-        findings.report(bench.report, kArea, plan.name + ", " + name, kSelectionMs);
+        findings.report(bench.report, kArea, plan.name + ", " + nameOf(method), kSelectionMs);
     }
     if (bench.screen == nullptr) {
         return {};
