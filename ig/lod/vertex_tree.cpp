@@ -18,8 +18,8 @@ namespace {
 // use the ring well. kappa's share is of its value when the tree was started.
 constexpr double kMetresPerTick = 0.5;
 constexpr double kReachSharePerTick = 4e-5;
-constexpr double kRollPerTick = 4e-4; // radians
-constexpr double kTiltPerTick = 7e-5;
+constexpr double kRollPerTick = 3.5e-4; // radians
+constexpr double kTiltPerTick = 4.5e-5;
 // Rounding of positions and distances, generously.
 constexpr double kRoundingM = 1e-4;
 constexpr double kRoundingShare = 1e-12;
