@@ -26,12 +26,17 @@ constexpr double kSpeedDecay = 0.95; // a frame
 constexpr double kJumpM = 1000.0;
 constexpr double kJumpRad = 0.5;
 // The share of the budget that tau is led to while the eye moves: kappa's relative step in a frame per share
-// amiss, and the largest step, which is 1 / 40 of the morph band. Small steps cost no live range: the eye's
-// own way uses them up as fast.
+// amiss, and the largest step, a small part of the morph band. Small steps cost no live range: the eye's own
+// way uses them up as fast. Down it goes faster, so that few frames exceed the budget and are looked at
+// twice.
 constexpr double kAimedShare = 0.95;
-constexpr double kFittingShare = 0.99; // when a frame would exceed it
 constexpr double kReachGain = 0.02;
 constexpr double kReachStep = 0.001;
+constexpr double kReachGainDown = 0.04;
+constexpr double kReachStepDown = 0.0015;
+// Below the budget by so much when a frame would exceed it, and twice as much in each further trial: a small
+// step ends few live ranges.
+constexpr double kFittingSlack = 0.0005;
 constexpr double kFarShare = 0.85; // below it, larger steps
 // With less than this share the view has changed as by a jump.
 constexpr double kJumpShare = 0.5;
@@ -102,12 +107,22 @@ TreeSelector::Motion TreeSelector::motionTo(const ViewState& view) const noexcep
     }
     motion.movedM = glm::length(view.eye.m - _view.eye.m);
     const glm::dmat3 turn = view.eyeFromEcef * glm::transpose(_view.eyeFromEcef);
-    // The length of the rotation's axial part is the sine of its angle, accurate where the angle is small.
-    const double sine = 0.5 * glm::length(glm::dvec3(turn[1][2] - turn[2][1], turn[2][0] - turn[0][2],
-                                                     turn[0][1] - turn[1][0]));
+    // The rotation's axial part is its axis times the sine of its angle, accurate where the angle is small.
+    const glm::dvec3 axial =
+        0.5 * glm::dvec3(turn[1][2] - turn[2][1], turn[2][0] - turn[0][2], turn[0][1] - turn[1][0]);
+    const double sine = glm::length(axial);
     const double cosine = 0.5 * (turn[0][0] + turn[1][1] + turn[2][2] - 1.0);
-    motion.turnRad = sameLens ? std::atan2(sine, cosine) : std::numeric_limits<double>::infinity();
-    motion.jumped = !(motion.movedM <= kJumpM) || !(motion.turnRad <= kJumpRad);
+    const double turnRad = std::atan2(sine, cosine);
+    motion.jumped = !(motion.movedM <= kJumpM) || !(turnRad <= kJumpRad);
+    if (!sameLens) {
+        motion.jumped = true;
+        motion.turn = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    } else if (sine > 0.0) {
+        const double radPerSine = turnRad / sine;
+        motion.turn = {radPerSine * std::abs(axial.z), radPerSine * std::hypot(axial.x, axial.y)};
+    } else {
+        motion.turn = {turnRad, turnRad}; // none, or half a turn about any axis
+    }
     return motion;
 }
 
@@ -115,10 +130,11 @@ TreeSelector::Motion TreeSelector::motionTo(const ViewState& view) const noexcep
 double TreeSelector::nextReach(const Motion& motion) const noexcept
 {
     double reach = _reach;
-    if (!motion.jumped && (motion.movedM > 0.0 || motion.turnRad > 0.0)) {
+    if (!motion.jumped && (motion.movedM > 0.0 || motion.turn.rollRad > 0.0 || motion.turn.tiltRad > 0.0)) {
         const double share = static_cast<double>(_triangles) / _budget;
         const double step = share < kFarShare ? 4.0 * kReachStep : kReachStep;
-        reach *= 1.0 + std::clamp(kReachGain * (kAimedShare - share), -step, step);
+        const double gain = share > kAimedShare ? kReachGainDown : kReachGain;
+        reach *= 1.0 + std::clamp(gain * (kAimedShare - share), -kReachStepDown, step);
     }
     return reach > 0.0 ? std::min(reach, _finestReach) : _finestReach;
 }
@@ -159,15 +175,15 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
     double fits = 0.0; // the largest reach known to fit, the smallest known not to
     double fails = std::numeric_limits<double>::infinity();
     bool settles = motion.jumped;
-    double turnRad = motion.turnRad;
+    VertexTree::Turn turn = motion.turn;
     for (int trial = 0; trial < kTrials; ++trial) {
-        const uint32_t triangles = refine(view, reach, turnRad, out);
-        turnRad = 0.0; // the tree has followed
+        const uint32_t triangles = refine(view, reach, turn, out);
+        turn = {}; // the tree has followed
         settles = settles || triangles < kJumpShare * budget;
         if (triangles > budget) {
             fails = reach;
-            reach = fits > 0.0 ? std::sqrt(fits * fails)
-                               : fails * std::clamp(kFittingShare * budget / triangles, 0.3, 0.997);
+            const double aimed = (1.0 - std::ldexp(kFittingSlack, trial)) * budget;
+            reach = fits > 0.0 ? std::sqrt(fits * fails) : fails * std::max(aimed / triangles, 0.3);
             continue;
         }
         fits = reach;
@@ -180,7 +196,7 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
                                fits * std::clamp(kAimedShare * budget / std::max(triangles, 1U), 1.05, 4.0));
     }
     if (_reach != fits || _triangles > budget) {
-        refine(view, fits, 0.0, out);
+        refine(view, fits, {}, out);
     }
 }
 
@@ -192,7 +208,8 @@ double TreeSelector::cutFor(const ViewState& view, double reach) const noexcept
 }
 
 // Brings pages, active set and lists to a reach; returns the triangles in view, which are in out if they fit.
-uint32_t TreeSelector::refine(const ViewState& view, double reach, double turnRad, DrawList& out)
+uint32_t TreeSelector::refine(const ViewState& view, double reach, const VertexTree::Turn& turn,
+                              DrawList& out)
 {
     _reach = reach;
     _cutM = cutFor(view, reach);
@@ -200,9 +217,10 @@ uint32_t TreeSelector::refine(const ViewState& view, double reach, double turnRa
     StageClock clock;
     visitPages(view, reach, out.stats);
     clock.to(out.stats.visitNs);
-    const VertexTree::Criteria criteria{view.eye.m, _planes, reach, _cutM,
-                                        view.frustum.parallel ? kParallelDistanceM : 0.0};
-    _tree.update(criteria, turnRad, _open, !_settings.liveRanges);
+    const glm::dvec3 viewingAxis = glm::transpose(view.eyeFromEcef)[2];
+    const VertexTree::Criteria criteria{
+        view.eye.m, _planes, viewingAxis, reach, _cutM, view.frustum.parallel ? kParallelDistanceM : 0.0};
+    _tree.update(criteria, turn, _open, !_settings.liveRanges);
     out.stats.verticesEvaluated += _tree.evaluated();
     clock.to(out.stats.evaluateNs);
     choosePages();

@@ -92,14 +92,14 @@ private:
     // How the view moved since the last one.
     struct Motion {
         double movedM = 0;
-        double turnRad = 0; // infinite: it is another frustum
+        VertexTree::Turn turn; // infinite: it is another frustum
         bool jumped = true;
     };
 
     Motion motionTo(const ViewState& view) const noexcept;
     double nextReach(const Motion& motion) const noexcept;
     void solve(const ViewState& view, const Motion& motion, double reach, DrawList& out);
-    uint32_t refine(const ViewState& view, double reach, double turnRad, DrawList& out);
+    uint32_t refine(const ViewState& view, double reach, const VertexTree::Turn& turn, DrawList& out);
     double cutFor(const ViewState& view, double reach) const noexcept;
     void visitPages(const ViewState& view, double reach, LodStats& stats);
     void visitBelow(int32_t parent, const ViewState& view, double reach, const Visibility& visibility,

@@ -18,7 +18,8 @@ namespace {
 // use the ring well. kappa's share is of its value when the tree was started.
 constexpr double kMetresPerTick = 0.5;
 constexpr double kReachSharePerTick = 4e-5;
-constexpr double kRadPerTick = 1.3e-4;
+constexpr double kRollPerTick = 3.5e-4; // radians
+constexpr double kTiltPerTick = 4.5e-5;
 // Rounding of positions and distances, generously.
 constexpr double kRoundingM = 1e-4;
 constexpr double kRoundingShare = 1e-12;
@@ -73,12 +74,12 @@ void VertexTree::clear()
     _taken = 0;
 }
 
-void VertexTree::update(const Criteria& criteria, double turnRad, std::span<const int32_t> openSlots,
+void VertexTree::update(const Criteria& criteria, const Turn& turn, std::span<const int32_t> openSlots,
                         bool everything)
 {
     _changed.clear();
     _evaluated = 0;
-    const double ticks = everything || _fresh ? kForever : ticksTo(criteria, turnRad);
+    const double ticks = everything || _fresh ? kForever : ticksTo(criteria, turn);
     const bool startsOver = !(ticks < kBuckets); // no live range is longer
     _allChanged = startsOver;
     if (!startsOver) {
@@ -139,7 +140,7 @@ void VertexTree::lookAgain(double oldCutM)
 }
 
 // How far the clock advances.
-double VertexTree::ticksTo(const Criteria& criteria, double turnRad) const noexcept
+double VertexTree::ticksTo(const Criteria& criteria, const Turn& turn) const noexcept
 {
     if (criteria.shortestM != _criteria.shortestM) { // every distance is another one
         return kForever;
@@ -147,7 +148,7 @@ double VertexTree::ticksTo(const Criteria& criteria, double turnRad) const noexc
     const double movedM = glm::length(criteria.eye - _criteria.eye);
     const double ticks =
         std::max({movedM / kMetresPerTick, std::abs(criteria.reach - _criteria.reach) / _kappaPerTick,
-                  _cullVertices ? turnRad / kRadPerTick : 0.0});
+                  _cullVertices ? std::max(turn.rollRad / kRollPerTick, turn.tiltRad / kTiltPerTick) : 0.0});
     return ticks * (1.0 + 1e-9);
 }
 
@@ -309,20 +310,14 @@ void VertexTree::evaluate(VertexId v)
         (std::abs(distanceM - withinM) - roundingM) / (kMetresPerTick + _codeM[code] * _kappaPerTick);
     bool visible = true;
     if (_cullVertices) {
-        double insideM = kForever;
-        for (const glm::dvec4& plane : _criteria.planes) {
-            insideM = std::min(insideM, glm::dot(glm::dvec3(plane), ray) + plane.w);
-        }
-        insideM += radiusM;
-        visible = insideM >= 0.0;
-        const double marginM = std::abs(insideM);
-        const double cullTicks = (marginM - roundingM) / (kMetresPerTick + (eyeM + marginM) * kRadPerTick);
+        const Culling culling = cull(ray, eyeM, radiusM, roundingM);
+        visible = culling.visible;
         if (near && visible) {
-            ticks = std::min(ticks, cullTicks);
+            ticks = std::min(ticks, culling.ticks);
         } else if (!near && !visible) {
-            ticks = std::max(ticks, cullTicks);
+            ticks = std::max(ticks, culling.ticks);
         } else if (near) {
-            ticks = cullTicks;
+            ticks = culling.ticks;
         }
     }
     schedule(v, ticks);
@@ -334,6 +329,36 @@ void VertexTree::evaluate(VertexId v)
             deactivate(v);
         }
     }
+}
+
+// A ball that is visible stays so until the first of its margins to the planes is used up, one that is not
+// until the last of those that it is beyond of is.
+VertexTree::Culling VertexTree::cull(const glm::dvec3& ray, double eyeM, double radiusM,
+                                     double roundingM) const noexcept
+{
+    const glm::dvec3 rolled = glm::cross(_criteria.axis, ray); // by a radian
+    const double axisM = glm::length(rolled);
+    bool visible = true;
+    double untilHidden = kForever;
+    double untilSeen = 0;
+    for (const glm::dvec4& plane : _criteria.planes) {
+        const glm::dvec3 normal(plane);
+        const double insideM = glm::dot(normal, ray) + plane.w + radiusM;
+        const double marginM = std::max(std::abs(insideM) - roundingM, 0.0);
+        // What a tick uses up, but for the roll, whose share grows with what the ray has moved by.
+        const double steadyM = kMetresPerTick + (eyeM + marginM) * kTiltPerTick;
+        const double perTickM = steadyM + std::abs(glm::dot(normal, rolled)) * kRollPerTick;
+        const double growthM = kRollPerTick * (steadyM + (axisM + marginM) * kRollPerTick);
+        const double ticks =
+            2.0 * marginM / (perTickM + std::sqrt(perTickM * perTickM + 2.0 * growthM * marginM));
+        if (insideM >= 0.0) {
+            untilHidden = std::min(untilHidden, ticks);
+        } else {
+            visible = false;
+            untilSeen = std::max(untilSeen, ticks);
+        }
+    }
+    return {visible, visible ? untilHidden : untilSeen};
 }
 
 void VertexTree::noteChange(VertexId v)

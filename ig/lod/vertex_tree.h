@@ -11,10 +11,13 @@
 //
 // Live ranges (the idea of SMART; here for one clock). The answer for a vertex cannot change before the eye
 // has used up its margin, the distance between the two sides of the inequality: moving by V uses up V, a
-// change of kappa delta |dkappa|, and a turn by omega at most |P - v| omega of the frustum's margin. One
-// clock serves all: in each frame it advances by the largest of V / V0, |dkappa| / k0 and omega / omega0, so
-// a vertex whose margin is m can wait for m / (V0 + delta k0) ticks, for any constants V0, k0, omega0. Due
-// vertices come out of a ring of buckets; nobody else is looked at.
+// change of kappa delta |dkappa|, and a turn some of the frustum's margins: a tilt of the viewing axis a by
+// phi at most |P - v| phi, and a roll about it by rho at most |n . (a x (v - P))| rho of that to the plane
+// with the normal n. One clock serves all: in each frame it advances by the largest of V / V0, |dkappa| / k0,
+// phi / phi0 and rho / rho0, so a vertex whose margin is m can wait for m / (V0 + delta k0) ticks, and its
+// margin to a plane for m / (V0 + |P - v| phi0 + |n . (a x (v - P))| rho0), both distances with what they may
+// have grown by then. An aircraft rolls quicker than it turns, and what a plane has to do with a roll is
+// little: so rho0 is the larger one. Due vertices come out of a ring of buckets; nobody else is looked at.
 #pragma once
 
 #include "ig/lod/page_graph.h"
@@ -34,9 +37,17 @@ public:
     struct Criteria {
         glm::dvec3 eye{0.0};                // ECEF, m
         std::array<glm::dvec4, 5> planes{}; // as frustumPlanes()
+        glm::dvec3 axis{0.0, 0.0, 1.0};     // of viewing, ECEF, unit length, either way
         double reach = 0;                   // kappa
         double cutM = 0;
         double shortestM = 0; // what is nearer counts as this far; see shortestDistanceM() of parallel views
+    };
+
+    // Between two attitudes of one frustum: the rotation's angle times the share of its axis along the
+    // viewing axis, and across it.
+    struct Turn {
+        double rollRad = 0;
+        double tiltRad = 0;
     };
 
     // graph must outlive the tree. cullVertices: by frustum, vertex by vertex. expected: vertices that come
@@ -49,10 +60,10 @@ public:
     // The page that has been added to the graph.
     void addPage(uint32_t slot, const PageData& data);
 
-    // Makes the active set that of these criteria and of the open pages (given as slots; any order). turnRad:
-    // the angle between the last frustum and this one, which is the same but for its attitude; infinite: it
-    // is not. everything: looks at each vertex again, whatever its live range says.
-    void update(const Criteria& criteria, double turnRad, std::span<const int32_t> openSlots,
+    // Makes the active set that of these criteria and of the open pages (given as slots; any order). turn:
+    // from the last frustum to this one, which is the same but for its attitude; infinite: it is not.
+    // everything: looks at each vertex again, whatever its live range says.
+    void update(const Criteria& criteria, const Turn& turn, std::span<const int32_t> openSlots,
                 bool everything);
 
     bool isActive(VertexId v) const noexcept
@@ -96,6 +107,11 @@ private:
         uint8_t part;
         uint8_t version;
     };
+    // Whether a ball is in the frustum, and how long that will be so at least.
+    struct Culling {
+        bool visible;
+        double ticks;
+    };
     static constexpr size_t kBuckets = 4096;
     static_assert(kBuckets - 1 <= UINT16_MAX);
     static constexpr uint32_t kNoChunk = UINT32_MAX;
@@ -110,7 +126,7 @@ private:
     static_assert(sizeof(Chunk) == 64);
 
     void clear();
-    double ticksTo(const Criteria& criteria, double turnRad) const noexcept;
+    double ticksTo(const Criteria& criteria, const Turn& turn) const noexcept;
     void openPage(int32_t slot);
     void closePage(int32_t slot);
     void lookAgain(double oldCutM);
@@ -120,6 +136,7 @@ private:
     void prefetch(VertexId v) const noexcept;
     void consider(VertexId v);
     void evaluate(VertexId v);
+    Culling cull(const glm::dvec3& ray, double eyeM, double radiusM, double roundingM) const noexcept;
     void noteChange(VertexId v);
     void activate(VertexId v);
     void deactivate(VertexId v);
