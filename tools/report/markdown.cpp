@@ -118,7 +118,7 @@ std::string recommended(const Json& front)
             text(best["width"]), text(best["height"]), text(best["method"]), text(best["budget"]),
             number(best["p99_ms"]), interval(best["pass_p99_ms"], "mean"), number(best["error_px"]));
     }
-    return fmt::format("\nRecommended here for a p99 frame time within {} ms: {}\n{}\n",
+    return fmt::format("\nRecommended here for a p99 frame time within {} ms: {}\n{}\n\n",
                        number(front["frame_time_ms"]), lines.empty() ? "none of these fits.\n" : lines,
                        kRecommendedBy);
 }
