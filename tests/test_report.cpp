@@ -25,6 +25,7 @@
 #include <functional>
 #include <iostream>
 #include <limits>
+#include <random>
 
 using namespace ig;
 using namespace report;
@@ -237,7 +238,7 @@ TEST_CASE("a frame breaks the bound where either measurement is above it, and po
     frame.tauPx = 3;
     frame.sample.maxPx = 3.9;
     frame.motion.maxPx = 1.4;
-    const auto counts = [&](double scale) { return settingJson({}, {frame}, scale, {})["counts"]; };
+    const auto counts = [&](double scale) { return settingJson({}, {frame}, scale)["counts"]; };
     CHECK(counts(1)["bound_broken"] == 0);
     CHECK(counts(0.9)["bound_broken"] == 1);
     CHECK(counts(1)["pops"] == 0);
@@ -497,24 +498,189 @@ TEST_CASE("a captured host's flight is a path")
     CHECK(movedM < 300 * 119 / 60.0);
 }
 
+TEST_CASE("medians and intervals of few values are those of Student's t")
+{
+    CHECK(medianOf({3, 1, 2}) == 2);
+    CHECK(medianOf({4, 1, 3, 2}) == 2.5);
+    // Mean 0, standard deviation 1, of five: 2.776 / sqrt(5).
+    const double step = std::sqrt(0.4);
+    const Ratio five = ratioOf(std::vector<double>{-2 * step, -step, 0, step, 2 * step});
+    CHECK(five.mean == Approx(1));
+    CHECK(five.high == Approx(std::exp(2.776 / std::sqrt(5.0))));
+    CHECK(five.low == Approx(1 / five.high));
+    const Ratio one = ratioOf(std::vector<double>{std::log(2.0)});
+    CHECK(one.mean == Approx(2));
+    CHECK(one.low == 0);
+    CHECK(std::isinf(one.high));
+}
+
+TEST_CASE("settings are named so that their names can be read again")
+{
+    for (const char* name : {"soar-14000", "hybrid-nomorph-8000", "geomip-512"}) {
+        const auto setting = Setting::parsed(name);
+        REQUIRE(setting);
+        CHECK(setting->name() == std::string(name) + "-1280x720");
+    }
+    CHECK(Setting::parsed("soar-14000")->method == "soar");
+    CHECK_FALSE(Setting::parsed("hybrid-nomorph-8000")->morph);
+    for (const char* wrong :
+         {"", "hybrid", "hybrid-", "hybrid-8000-", "hybrid-8k", "hybrid--8", "roam-8000"}) {
+        CHECK_FALSE(Setting::parsed(wrong));
+    }
+}
+
+namespace {
+
+// Time of a frame in a pass, ms.
+using TimesMs = std::function<double(size_t pass, size_t frame)>;
+
+// A setting as if it had been measured.
+Json madeUp(const char* method, uint32_t budget, double errorPx, const TimesMs& ms, size_t passes = 5)
+{
+    constexpr size_t kFrames = 200;
+    const Setting setting{.method = method, .budget = budget};
+    std::vector<FrameRecord> frames(kFrames);
+    for (FrameRecord& frame : frames) {
+        frame.sample.maxPx = errorPx;
+        frame.boundPx = 100;
+    }
+    std::vector<Json> flights;
+    for (size_t pass = 0; pass < passes; ++pass) {
+        std::vector<TimedFrame> timed(kFrames);
+        for (size_t frame = 0; frame < kFrames; ++frame) {
+            timed[frame].stats.frameNs = std::llround(1e6 * ms(pass, frame));
+            timed[frame].cpuMs = ms(pass, frame);
+        }
+        flights.push_back(timedFlightJson(setting, timed, {}));
+    }
+    return withTimes(settingJson(setting, frames, 1), flights);
+}
+
+// Two frames in a hundred take half as long again.
+TimesMs steady(double ms)
+{
+    return [ms](size_t, size_t frame) { return frame % 50 == 0 ? 1.5 * ms : ms; };
+}
+
+// By up to so much up or down: the same for a whole pass, and for each frame by itself.
+TimesMs noisy(double ms, unsigned seed, double byPass, double byFrame)
+{
+    return [=](size_t pass, size_t frame) {
+        const auto random = [&](size_t of) {
+            std::mt19937 generator(static_cast<unsigned>(seed * 1'000'003 + of));
+            return static_cast<double>(generator()) / 2147483648.0 - 1;
+        };
+        return ms * (1 + byPass * random(pass)) * (1 + byFrame * random(1000 * (pass + 1) + frame));
+    };
+}
+
+constexpr const char* kNear = "hybrid within 10 % of the better other method at every point";
+
+Json standing(const Json& settings, const char* claim)
+{
+    for (const Json& line : verdictJson(settings, frontJson(settings, 16))) {
+        if (line["claim"] == claim) {
+            return line["met"];
+        }
+    }
+    return "no such claim";
+}
+
+} // namespace
+
+TEST_CASE("a frame has the times of its median pass, and what a pass has for itself is the machine's share")
+{
+    const Json setting = madeUp("hybrid", 1000, 4, [](size_t pass, size_t frame) {
+        return pass == frame % 5 ? 30.0 : 10 + 0.1 * static_cast<double>(pass); // a hiccup in each frame
+    });
+    CHECK(setting["summary"]["total_ms"]["max"].get<double>() < 10.5);
+    CHECK(setting["summary"]["total_ms"]["values"] == 200);
+    CHECK(setting["timing"]["passes"] == 5);
+    CHECK(setting["timing"]["pass_p99_ms"]["mean"] == 30);
+    CHECK(setting["timing"]["machine_share"].get<double>() == Approx(2).margin(0.1));
+    CHECK(setting["by_pass"]["total_ms"].size() == 5);
+    CHECK(setting["counts"]["runs_that_differ"] == 0);
+    CHECK_THAT(csvOf(Json::array({setting})),
+               Catch::Contains("\nhybrid-1000-1280x720,hybrid,1000,1280,720,1,5,0,10"));
+}
+
+TEST_CASE("a machine that drifts changes the times and not the verdict")
+{
+    const auto drift = [](size_t pass, size_t frame) {
+        return (1 + 0.6 * static_cast<double>(pass)) * (1.5 + std::sin(0.05 * static_cast<double>(frame)));
+    };
+    const auto settings = [&](bool drifts) {
+        Json made = Json::array();
+        const auto add = [&](const char* method, uint32_t budget, double errorPx, double ms) {
+            made.push_back(madeUp(method, budget, errorPx, [&](size_t pass, size_t frame) {
+                return ms * (drifts ? drift(pass, frame) : 1);
+            }));
+        };
+        add("hybrid", 1000, 4, 6);
+        add("hybrid", 9000, 1, 12);
+        add("bintree", 1000, 3, 6.5);
+        add("bintree", 9000, 0.8, 11);
+        return made;
+    };
+    const Json still = settings(false);
+    const Json drifting = settings(true);
+    CHECK(drifting[0]["summary"]["total_ms"]["p50"] >
+          1.5 * still[0]["summary"]["total_ms"]["p50"].get<double>());
+    const Json before = frontJson(still, 16)["hybrid_at_equal_error"];
+    const Json after = frontJson(drifting, 16)["hybrid_at_equal_error"];
+    for (size_t i = 0; i < before.size(); ++i) {
+        INFO(before[i]["name"]);
+        REQUIRE(before[i]["wall"].is_null() == after[i]["wall"].is_null());
+        if (!before[i]["wall"].is_null()) {
+            CHECK(after[i]["wall"]["ratio"].get<double>() ==
+                  Approx(before[i]["wall"]["ratio"].get<double>()).epsilon(1e-4));
+            CHECK(decisionOf(after[i]["wall"], 1.1) == decisionOf(before[i]["wall"], 1.1));
+        }
+    }
+    CHECK(standing(still, kNear) == standing(drifting, kNear));
+}
+
+TEST_CASE("a method that is a fifth slower is found out on a noisy machine, one as fast is not accused")
+{
+    const auto against = [](double ms, double byPass, size_t passes) {
+        return Json::array({madeUp("hybrid", 1000, 4, noisy(ms, 1, byPass, 0.3), passes),
+                            madeUp("bintree", 1000, 4, noisy(10, 2, byPass, 0.3), passes)});
+    };
+    CHECK(standing(against(12, 0.02, 5), kNear) == false);
+    CHECK(standing(against(10, 0.02, 5), kNear) == true);
+    CHECK(standing(against(9, 0.02, 5), kNear) == true);
+    // Noise that no pair takes out, a difference at the limit, or nothing to judge the noise by.
+    CHECK(standing(against(12, 0.3, 5), kNear).is_null());
+    CHECK(standing(against(11, 0.02, 5), kNear).is_null());
+    CHECK(standing(against(12, 0.02, 1), kNear).is_null());
+}
+
+TEST_CASE("another method is recommended only where it is surely better than the default one")
+{
+    const auto recommendedOf = [](double hybridMs, double otherMs, double byPass) {
+        const Json settings = Json::array({madeUp("hybrid", 1000, 4, noisy(hybridMs, 4, byPass, 0.05)),
+                                           madeUp("hybrid", 9000, 1, noisy(3 * hybridMs, 5, byPass, 0.05)),
+                                           madeUp("bintree", 1000, 3.6, noisy(otherMs, 8, byPass, 0.05))});
+        const Json best = frontJson(settings, 16)["recommended"];
+        return best.empty() ? std::string("none") : best[0]["name"].get<std::string>();
+    };
+    CHECK(recommendedOf(10, 11, 0.01) == "hybrid-1000-1280x720"); // less error, for as much more time
+    CHECK(recommendedOf(10, 8, 0.01) == "bintree-1000-1280x720");
+    CHECK(recommendedOf(8, 7.5, 0.4) == "hybrid-1000-1280x720");  // nothing is sure
+    CHECK(recommendedOf(20, 9, 0.01) == "bintree-1000-1280x720"); // the only one that fits
+    CHECK(recommendedOf(20, 20, 0.01) == "none");
+}
+
 TEST_CASE("methods are compared at equal error, and a budget fits by its p99")
 {
     const std::vector<std::pair<double, double>> curve{{10, 8}, {20, 2}};
-    CHECK(*timeForError(curve, 4) == Approx(10 * std::sqrt(2.0))); // half way in the logarithms
-    CHECK(*timeForError(curve, 8) == Approx(10));
-    CHECK(*timeForError(curve, 9) == Approx(10)); // less error for the same time
-    CHECK_FALSE(timeForError(curve, 1.9));
+    CHECK(crossingAt(curve, 4)->time == Approx(10 * std::sqrt(2.0))); // half way in the logarithms
+    CHECK(crossingAt(curve, 8)->time == Approx(10));
+    CHECK(crossingAt(curve, 9)->time == Approx(10)); // less error for the same time
+    CHECK(crossingAt(curve, 4)->share == Approx(0.5));
+    CHECK_FALSE(crossingAt(curve, 1.9));
     const auto setting = [](const char* method, uint32_t budget, double ms, double errorPx) {
-        return Json{{"name", std::string(method) + '-' + std::to_string(budget)},
-                    {"method", method},
-                    {"budget", budget},
-                    {"width", 64},
-                    {"height", 36},
-                    {"morph", true},
-                    {"counts", {{"bound_broken", 0}, {"pops", 0}, {"crack_pixels", 0}, {"over_budget", 0}}},
-                    {"broken", Json::array()},
-                    {"summary",
-                     {{"total_ms", {{"p50", ms}, {"p99", 1.5 * ms}}}, {"error_max_px", {{"p50", errorPx}}}}}};
+        return madeUp(method, budget, errorPx, steady(ms));
     };
     const Json settings = Json::array({setting("hybrid", 1000, 6, 4), setting("hybrid", 9000, 12, 1),
                                        setting("geomip", 1000, 10, 8), setting("geomip", 9000, 20, 2)});
@@ -528,7 +694,7 @@ TEST_CASE("methods are compared at equal error, and a budget fits by its p99")
     CHECK(front["largest_budget_within_frame_time"][0]["budget"] == 1000);
     CHECK(front["largest_budget_within_frame_time"][1]["budget"] == 1000);
     // 9,000 triangles of hybrid have p99 above the frame; of what is left hybrid has the least error.
-    CHECK(front["recommended"][0]["name"] == "hybrid-1000");
+    CHECK(front["recommended"][0]["name"] == "hybrid-1000-1280x720");
     CHECK(frontJson(settings, 1)["recommended"].empty());
     for (const Json& claim : verdictJson(settings, front)) {
         INFO(claim);
@@ -537,15 +703,15 @@ TEST_CASE("methods are compared at equal error, and a budget fits by its p99")
 
     // An engine that keeps none of its words.
     Json broken = settings;
-    broken[0]["summary"]["total_ms"]["p50"] = 60;
-    broken[1]["summary"]["total_ms"]["p50"] = 70;
+    broken[0] = setting("hybrid", 1000, 60, 4);
+    broken[1] = setting("hybrid", 9000, 70, 1);
     broken[1]["counts"]["pops"] = 1;
     broken[1]["broken"] = {{{"frame", 37}, {"what", {"pops"}}}};
     const Json verdict = verdictJson(broken, frontJson(broken, 16));
     REQUIRE(verdict.size() == 7);
     CHECK(verdict[0]["met"] == true);
     CHECK(verdict[1]["met"] == false);
-    CHECK(verdict[1]["found"] == "1 (setting, frames: hybrid-9000 37)");
+    CHECK(verdict[1]["found"] == "1 (setting, frames: hybrid-9000-1280x720 37)");
     CHECK(verdict[4]["met"] == true); // less error, but
     CHECK(verdict[5]["met"] == false);
     CHECK(verdict[6]["met"] == false);

@@ -167,7 +167,8 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
                                  const std::vector<std::string>& more) {
         std::vector<std::string> arguments{
             "eyepoint-report", "--terrain", terrain,     "-o",        dir.file(out), "--frames", "44",
-            "--methods",       methods,     "--budgets", "2000,6000", "--tolerance", "0.1",      "--quiet"};
+            "--methods",       methods,     "--budgets", "2000,6000", "--tolerance", "0.1",      "--quiet",
+            "--passes",        "2"};
         arguments.insert(arguments.end(), more.begin(), more.end());
         return arguments;
     };
@@ -235,8 +236,9 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
     CHECK(again["compare"]["settings"][0]["total_ms"]["ratio"] == 1);
     CHECK(again["compare"]["settings"][0]["total_ms"]["pairs"] == 44);
 
-    // Interrupted after its first setting: that one is not measured again, the rest is, and without haze it
-    // is another setting. Against the first report, of which it has half of the settings.
+    // Interrupted after the errors of its first setting: neither those nor the passes before are measured
+    // again, the rest is, and without haze it is another setting. Against the first report, of which it has
+    // half of the settings.
     {
         Process process(argumentsOf("k", "hybrid", {"--sizes", "160x90", "--no-motion"}), dir.file("out"),
                         dir.file("err"));
@@ -248,17 +250,21 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
         (void)process.wait(10);
     }
     const Json part = Json::parse(readFile(dir.file("k/parts/hybrid-2000-160x90.json")));
+    const Json pass = Json::parse(readFile(dir.file("k/parts/pass-160x90-1.json")));
     REQUIRE_FALSE(std::filesystem::exists(dir.file("k/report.json")));
     REQUIRE(run("k", "hybrid",
                 {"--sizes", "160x90", "--no-motion", "--resume", "--compare", dir.file("a/report.json")}) ==
             0);
     const Json resumed = Json::parse(readFile(dir.file("k/report.json")));
     REQUIRE(resumed["settings"].size() == 2);
-    CHECK(resumed["settings"][0] == part["setting"]);
+    CHECK(resumed["settings"][0]["by_frame"]["motion_px"] == part["measured"]["by_frame"]["motion_px"]);
+    CHECK(resumed["settings"][1]["by_pass"]["cpu_ms"][1] == pass["measured"][1]["by_frame"]["cpu_ms"]);
     CHECK(resumed["compare"]["only_before"].size() == 2);
     CHECK(resumed["compare"]["settings"][1]["error_max_px"]["ratio"] == 1); // the same path, the same errors
     REQUIRE(run("k", "hybrid", {"--sizes", "160x90", "--no-motion", "--resume", "--visibility", "0"}) == 0);
-    CHECK(Json::parse(readFile(dir.file("k/report.json")))["settings"][0] != part["setting"]);
+    const Json clear = Json::parse(readFile(dir.file("k/report.json")))["settings"][0];
+    CHECK(clear["summary"]["flip"] != part["measured"]["summary"]["flip"]);
+    CHECK(clear["by_pass"]["cpu_ms"][1] != pass["measured"][0]["by_frame"]["cpu_ms"]);
 
     // A bound that is asked to have far more room than it has: broken, said so, and everything written.
     CHECK(run("b", "hybrid", {"--sizes", "160x90", "--bound-scale", "0.01", "--no-motion"}) == 1);

@@ -7,9 +7,11 @@
 #   tools/publish_reports.sh DEM [DEM...]     synthetic, and these rasters as one terrain
 #   tools/publish_reports.sh WORLD.ept        synthetic, and this dataset
 # Environment: OUT (reports), SIZE (synthetic posts a side, 4097), SCALING (posts a side of the terrains that
-# scaling is measured with), METHODS, BUDGETS, FRAMES, REPORT_OPTIONS (more options for eyepoint-report, such as
-# --resume).
-# Frame times are those of an otherwise idle machine or they are worth little: the load stands in the figures.
+# scaling is measured with), METHODS, BUDGETS, ALSO (settings beside METHODS x BUDGETS: bintree without live
+# ranges, and the methods without morph, which pop), FRAMES, REPORT_OPTIONS (more options for eyepoint-report,
+# such as --resume or --passes 7).
+# Settings are compared in turn, so that a busy machine costs certainty and not truth; the frame times
+# themselves are those of an otherwise idle machine or they are worth little. The load stands in the figures.
 # Ends with 1 where the engine broke a bound or a report could not be made.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -38,7 +40,9 @@ report() { # NAME DATASET [more options]
   rm -f "$out/$name/report.md"
   # shellcheck disable=SC2086 # the options are meant to be split
   "$bin/eyepoint-report" --terrain "$dataset" -o "$out/$name" --methods "${METHODS:-hybrid,bintree,geomip}" \
-    --budgets "${BUDGETS:-4000,8000,14000,24000,48000}" --frames "${FRAMES:-300}" "$@" ${REPORT_OPTIONS:-} >&2 ||
+    --budgets "${BUDGETS:-4000,8000,14000,24000,48000}" \
+    --also "${ALSO:-soar-14000,hybrid-nomorph-14000,bintree-nomorph-14000,geomip-nomorph-14000}" \
+    --frames "${FRAMES:-300}" "$@" ${REPORT_OPTIONS:-} >&2 ||
     failed=1
   if [ -f "$out/$name/report.md" ]; then cat "$out/$name/report.md"; fi
 }

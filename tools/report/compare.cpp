@@ -93,6 +93,7 @@ Result<Json> compareJson(const Json& before, const Json& now)
     }
     return Json{{"command", before.value("command", "")},
                 {"date", before.value("date", "")},
+                {"passes_before", before.contains("measured") ? before["measured"].value("passes", 1) : 1},
                 {"measured_differently", differences(before, now)},
                 {"only_now", namesMissing(now["settings"], before["settings"])},
                 {"only_before", namesMissing(before["settings"], now["settings"])},

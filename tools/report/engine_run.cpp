@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <ctime>
 #include <utility>
 
@@ -31,6 +32,26 @@ double cpuMs()
 std::string Setting::name() const
 {
     return fmt::format("{}{}-{}-{}x{}", method, morph ? "" : "-nomorph", budget, widthPx, heightPx);
+}
+
+std::optional<Setting> Setting::parsed(const std::string& text)
+{
+    for (const char* method : kMethodNames) {
+        for (const bool morph : {true, false}) {
+            const std::string start = std::string(method) + (morph ? "-" : "-nomorph-");
+            uint32_t budget = 0;
+            const char* end = text.data() + text.size();
+            if (text.starts_with(start) &&
+                std::from_chars(text.data() + start.size(), end, budget) == std::from_chars_result{end, {}}) {
+                Setting setting;
+                setting.method = method;
+                setting.budget = budget;
+                setting.morph = morph;
+                return setting;
+            }
+        }
+    }
+    return std::nullopt;
 }
 
 gl::RendererSettings rendererSettings(const Scene& scene, const Setting& setting, bool holes)

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,6 +29,8 @@ struct Setting {
     bool morph = true;
 
     std::string name() const; // unique among settings, good for file names
+    // METHOD-BUDGET or METHOD-nomorph-BUDGET, a name without the picture's size; nothing where it is none.
+    static std::optional<Setting> parsed(const std::string& text);
 };
 
 // What all settings share.

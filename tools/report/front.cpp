@@ -2,6 +2,7 @@
 #include "tools/report/front.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -13,10 +14,8 @@ namespace report {
 
 namespace {
 
-constexpr const char* kHybrid = "hybrid";
+constexpr const char* kHybrid = "hybrid"; // the default
 constexpr const char* kTiles = "geomip";
-
-using Curve = std::vector<std::pair<double, double>>; // median time, error; by budget
 
 // What time and error are compared by.
 struct Measure {
@@ -35,16 +34,6 @@ std::optional<double> valueOf(const Json& setting, const char* column, const cha
     return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
 }
 
-std::optional<std::pair<double, double>> pointOf(const Json& setting, const Measure& measure)
-{
-    const auto timeMs = valueOf(setting, measure.time, "p50");
-    const auto error = valueOf(setting, measure.error, measure.quantile);
-    if (!timeMs || !error || *timeMs <= 0 || *error <= 0) {
-        return std::nullopt;
-    }
-    return std::pair{*timeMs, *error};
-}
-
 bool isMorphing(const Json& setting)
 {
     return setting["morph"].get<bool>();
@@ -55,55 +44,130 @@ bool areOfOneSize(const Json& a, const Json& b)
     return a["width"] == b["width"] && a["height"] == b["height"];
 }
 
+// A setting in a plot of time and error, with the logarithms of its times by pass and frame.
+struct Point {
+    const Json* setting;
+    double timeMs, error;
+    std::vector<std::vector<double>> logs;
+};
+
+std::optional<Point> pointOf(const Json& setting, const Measure& measure)
+{
+    const auto timeMs = valueOf(setting, measure.time, "p50");
+    const auto error = valueOf(setting, measure.error, measure.quantile);
+    if (!timeMs || !error || *timeMs <= 0 || *error <= 0) {
+        return std::nullopt;
+    }
+    Point point{&setting, *timeMs, *error, passesOf(setting, measure.time)};
+    for (std::vector<double>& pass : point.logs) {
+        std::transform(pass.begin(), pass.end(), pass.begin(), [](double ms) { return std::log(ms); });
+    }
+    return point;
+}
+
+std::vector<Point> pointsOf(const Json& settings, const Measure& measure)
+{
+    std::vector<Point> points;
+    for (const Json& setting : settings) {
+        auto point = pointOf(setting, measure);
+        if (point && isMorphing(setting)) {
+            points.push_back(*std::move(point));
+        }
+    }
+    return points;
+}
+
+using Curve = std::vector<const Point*>; // by budget
+
 // Of one picture size, by method.
-std::map<std::string, Curve> curvesOf(const Json& settings, const Json& size, const Measure& measure)
+std::map<std::string, Curve> curvesOf(const std::vector<Point>& points, const Json& size)
 {
     std::map<std::string, Curve> curves;
-    for (const Json& setting : settings) {
-        const auto point = pointOf(setting, measure);
-        if (point && isMorphing(setting) && areOfOneSize(setting, size)) {
-            curves[setting["method"].get<std::string>()].push_back(*point);
+    for (const Point& point : points) {
+        if (areOfOneSize(*point.setting, size)) {
+            curves[(*point.setting)["method"].get<std::string>()].push_back(&point);
         }
     }
     return curves;
 }
 
-double largestError(const Curve& curve)
-{
-    double largest = 0;
-    for (const auto& [time, error] : curve) {
-        largest = std::max(largest, error);
+// A method at an error: a setting, or what lies between two.
+struct Place {
+    const Point *first, *second;
+    double share;
+
+    size_t passes() const { return std::min(first->logs.size(), second->logs.size()); }
+    double logMs(size_t pass, size_t frame) const
+    {
+        return (1 - share) * first->logs[pass][frame] + share * second->logs[pass][frame];
     }
-    return largest;
+};
+
+std::optional<Place> placeAt(const Curve& curve, double error)
+{
+    std::vector<std::pair<double, double>> places;
+    for (const Point* point : curve) {
+        places.emplace_back(point->timeMs, point->error);
+    }
+    const auto crossing = crossingAt(places, error);
+    return crossing ? std::optional(Place{curve[crossing->first], curve[crossing->second], crossing->share})
+                    : std::nullopt;
+}
+
+bool hasSoLargeAnError(const Curve& curve, double error)
+{
+    return std::any_of(curve.begin(), curve.end(), [&](const Point* point) { return point->error >= error; });
+}
+
+// See kTimesCompared.
+Ratio timeRatio(const Place& place, const Place& other)
+{
+    std::vector<double> byPass;
+    for (size_t pass = 0; pass < std::min(place.passes(), other.passes()); ++pass) {
+        std::vector<double> byFrame;
+        for (size_t frame = 0; frame < place.first->logs[pass].size(); ++frame) {
+            byFrame.push_back(place.logMs(pass, frame) - other.logMs(pass, frame));
+        }
+        byPass.push_back(medianOf(std::move(byFrame)));
+    }
+    return ratioOf(byPass);
 }
 
 // See hybrid_at_equal_error.
-Json hybridRatio(const Json& setting, const Json& settings, const Measure& measure)
+Json hybridRatio(const Point& point, const std::vector<Point>& points)
 {
-    const auto point = pointOf(setting, measure);
-    if (!point) {
-        return nullptr;
-    }
-    const auto& [ownMs, error] = *point;
+    const Json& setting = *point.setting;
     const auto method = setting["method"].get<std::string>();
+    // The setting itself is what is judged, whatever a cheaper one of its method may show.
+    const Place own{&point, &point, 0};
+    std::optional<Ratio> worst;
     std::string against;
-    std::optional<double> hybridMs, otherMs;
-    for (const auto& [name, curve] : curvesOf(settings, setting, measure)) {
-        const auto timeMs = timeForError(curve, error);
-        if (name == kHybrid) {
-            // An error larger than all of its is none that it has: its smallest budget is no measure of it.
-            hybridMs = error <= largestError(curve) ? timeMs : std::nullopt;
-        } else if (timeMs && (method == kHybrid || name == method) && (!otherMs || *timeMs < *otherMs)) {
-            otherMs = timeMs;
-            against = name;
+    const auto consider = [&](const Ratio& ratio, const std::string& other) {
+        if (!worst || ratio.mean > worst->mean) {
+            worst = ratio;
+            against = other;
+        }
+    };
+    for (const auto& [name, curve] : curvesOf(points, setting)) {
+        const bool isHybrid = name == kHybrid;
+        const auto place = placeAt(curve, point.error);
+        if (!place || isHybrid == (method == kHybrid)) {
+            continue;
+        }
+        if (!isHybrid) {
+            consider(timeRatio(own, *place), name);
+        } else if (hasSoLargeAnError(curve, point.error)) {
+            // Else its smallest budget is no measure of so large an error.
+            consider(timeRatio(*place, own), method);
         }
     }
-    // The setting itself is what is judged, whatever a cheaper one of its method may show.
-    (method == kHybrid ? hybridMs : otherMs) = ownMs;
-    if (!hybridMs || against.empty()) {
+    if (!worst) {
         return nullptr;
     }
-    return {{"ratio", rounded(*hybridMs / *otherMs)}, {"against", against}};
+    Json json = intervalJson(*worst, "ratio");
+    json["passes"] = worst->pairs;
+    json["against"] = against;
+    return json;
 }
 
 Json budgetsWithin(const Json& settings, double frameTimeMs)
@@ -132,28 +196,77 @@ Json budgetsWithin(const Json& settings, double frameTimeMs)
     return fitting;
 }
 
-Json recommended(const Json& settings, double frameTimeMs)
+bool surelyFits(const Json& setting, double frameTimeMs)
 {
-    Json best = Json::array(); // one of each size
+    const Json& high = setting["timing"]["pass_p99_ms"]["high"];
+    return high.is_number() && high.get<double>() <= frameTimeMs;
+}
+
+// Whether hybrid is surely slower at the error of a setting of another method, or cannot have it.
+bool isBetterThanHybrid(const Json& setting, const Json& rows)
+{
+    const auto row = std::find_if(rows.begin(), rows.end(),
+                                  [&](const Json& other) { return other["name"] == setting["name"]; });
+    return row == rows.end() || (*row)["wall"].is_null() || decisionOf((*row)["wall"], 1) == Decision::beyond;
+}
+
+Json recommendation(const Json& setting)
+{
+    return {{"name", setting["name"]},
+            {"method", setting["method"]},
+            {"budget", setting["budget"]},
+            {"width", setting["width"]},
+            {"height", setting["height"]},
+            {"p99_ms", summaryOf(setting, "total_ms", "p99")},
+            {"pass_p99_ms", setting["timing"]["pass_p99_ms"]},
+            {"error_px", summaryOf(setting, "error_max_px", "p50")}};
+}
+
+// A setting of each picture size.
+std::vector<const Json*> sizesOf(const Json& settings)
+{
+    std::vector<const Json*> sizes;
     for (const Json& setting : settings) {
-        const auto p99Ms = valueOf(setting, "total_ms", "p99");
-        const auto errorPx = valueOf(setting, "error_max_px", "p50");
-        if (!isMorphing(setting) || !p99Ms || !errorPx || *p99Ms > frameTimeMs) {
-            continue;
-        }
-        const Json row{{"name", setting["name"]},      {"method", setting["method"]},
-                       {"budget", setting["budget"]},  {"width", setting["width"]},
-                       {"height", setting["height"]},  {"p99_ms", rounded(*p99Ms)},
-                       {"error_px", rounded(*errorPx)}};
-        const auto found = std::find_if(best.begin(), best.end(),
-                                        [&](const Json& other) { return areOfOneSize(other, setting); });
-        if (found == best.end()) {
-            best.push_back(row);
-        } else if (*errorPx < (*found)["error_px"].get<double>()) {
-            *found = row;
+        if (std::none_of(sizes.begin(), sizes.end(),
+                         [&](const Json* size) { return areOfOneSize(*size, setting); })) {
+            sizes.push_back(&setting);
         }
     }
-    return best;
+    return sizes;
+}
+
+Json recommended(const Json& settings, const Json& rows, double frameTimeMs)
+{
+    const auto errorOf = [](const Json& setting) { return valueOf(setting, "error_max_px", "p50"); };
+    const auto keepLess = [&](const Json*& best, const Json* setting) {
+        if (best == nullptr || *errorOf(*setting) < *errorOf(*best)) {
+            best = setting;
+        }
+    };
+    Json chosen = Json::array();
+    for (const Json* size : sizesOf(settings)) {
+        const Json* best = nullptr; // of hybrid first
+        const Json* other = nullptr;
+        for (const Json& setting : settings) {
+            const auto p99Ms = valueOf(setting, "total_ms", "p99");
+            if (!areOfOneSize(setting, *size) || !isMorphing(setting) || !errorOf(setting) || !p99Ms ||
+                *p99Ms > frameTimeMs) {
+                continue;
+            }
+            if (setting["method"] == kHybrid) {
+                keepLess(best, &setting);
+            } else if (surelyFits(setting, frameTimeMs) && isBetterThanHybrid(setting, rows)) {
+                keepLess(other, &setting);
+            }
+        }
+        if (other != nullptr) {
+            keepLess(best, other);
+        }
+        if (best != nullptr) {
+            chosen.push_back(recommendation(*best));
+        }
+    }
+    return chosen;
 }
 
 // "0", or how many and in which frames of which settings.
@@ -165,8 +278,7 @@ Json countClaim(const char* claim, const Json& settings, const char* count)
     std::string where;
     for (const Json& setting : settings) {
         const auto here = setting["counts"][count].get<uint64_t>();
-        // Without a morph tiles pop: that is what it is for.
-        if (here == 0 || (std::string(count) == "pops" && !isMorphing(setting))) {
+        if (here == 0 || !isPromisedZero(setting, count)) {
             continue;
         }
         total += here;
@@ -183,40 +295,56 @@ Json countClaim(const char* claim, const Json& settings, const char* count)
             {"found", total == 0 ? "0" : fmt::format("{} (setting, frames: {})", total, where)}};
 }
 
+std::string intervalText(const Json& ratio)
+{
+    const auto number = [](const Json& value) {
+        return value.is_number() ? fmt::format("{:.3g}", value.get<double>()) : std::string("any");
+    };
+    return fmt::format("{} ({} to {})", number(ratio["ratio"]), number(ratio["low"]), number(ratio["high"]));
+}
+
 // Hybrid's time over that of others at equal error, for the settings of one other method or of all.
 Json ratioClaim(const std::string& claim, const Json& rows, const char* onlyMethod, double most)
 {
-    size_t compared = 0;
-    size_t met = 0;
-    double largest = 0;
-    std::string worst;
+    size_t within = 0;
+    size_t open = 0;
+    const Json* worst = nullptr;
+    std::vector<std::string> beyond;
     for (const Json& row : rows) {
-        if (row["wall"].is_null() || (onlyMethod != nullptr && row["method"] != onlyMethod)) {
+        const Json& ratio = row["wall"];
+        if (ratio.is_null() || (onlyMethod != nullptr && row["method"] != onlyMethod)) {
             continue;
         }
-        ++compared;
-        const auto ratio = row["wall"]["ratio"].get<double>();
-        met += ratio <= most ? 1 : 0;
-        if (ratio > largest) {
-            largest = ratio;
-            worst =
-                fmt::format("{} against {}", row["name"].get<std::string>(),
-                            row["method"] == kHybrid ? row["wall"]["against"].get<std::string>() : kHybrid);
+        const Decision decision = decisionOf(ratio, most);
+        within += decision == Decision::within ? 1 : 0;
+        open += decision == Decision::open ? 1 : 0;
+        if (decision == Decision::beyond) {
+            beyond.push_back(row["name"].get<std::string>());
+        }
+        if (worst == nullptr || ratio["ratio"] > (*worst)["wall"]["ratio"]) {
+            worst = &row;
         }
     }
-    if (compared == 0) {
+    if (worst == nullptr) {
         return nullptr;
     }
+    const Json met = !beyond.empty() ? Json(false) : open == 0 ? Json(true) : Json(nullptr);
+    std::string found = fmt::format("within {}, not decided {}, beyond {}", within, open, beyond.size());
+    if (!beyond.empty()) {
+        found += fmt::format(" ({})", fmt::join(beyond, ", "));
+    }
+    const Json& ratio = (*worst)["wall"];
     return {{"claim", claim},
-            {"met", met == compared},
-            {"found", fmt::format("{} of {}; hybrid's time at most {:.3g} times ({})", met, compared, largest,
-                                  worst)}};
+            {"met", met},
+            {"found",
+             fmt::format("{}; hybrid's time at most {} times ({} against {})", found, intervalText(ratio),
+                         (*worst)["name"].get<std::string>(),
+                         (*worst)["method"] == kHybrid ? ratio["against"].get<std::string>() : kHybrid)}};
 }
 
 // At each budget that both were measured with, hybrid's error is the smaller one.
 Json errorClaim(const Json& settings)
 {
-    const Measure& measure = kMeasures.front();
     size_t compared = 0;
     size_t met = 0;
     double largest = 0;
@@ -226,12 +354,12 @@ Json errorClaim(const Json& settings)
                 !areOfOneSize(other, setting) || other["budget"] != setting["budget"]) {
                 continue;
             }
-            const auto theirs = pointOf(other, measure);
-            const auto ours = pointOf(setting, measure);
-            if (theirs && ours) {
+            const auto theirs = valueOf(other, "error_max_px", "p50");
+            const auto ours = valueOf(setting, "error_max_px", "p50");
+            if (theirs && ours && *theirs > 0) {
                 ++compared;
-                met += ours->second <= theirs->second ? 1 : 0;
-                largest = std::max(largest, ours->second / theirs->second);
+                met += *ours <= *theirs ? 1 : 0;
+                largest = std::max(largest, *ours / *theirs);
             }
         }
     }
@@ -245,14 +373,18 @@ Json errorClaim(const Json& settings)
 
 } // namespace
 
-std::optional<double> timeForError(const std::vector<std::pair<double, double>>& curve, double error)
+std::optional<Crossing> crossingAt(const std::vector<std::pair<double, double>>& curve, double error)
 {
-    std::optional<double> least;
-    const auto consider = [&](double time) { least = std::min(least.value_or(time), time); };
+    std::optional<Crossing> least;
+    const auto consider = [&](const Crossing& crossing) {
+        if (!least || crossing.time < least->time) {
+            least = crossing;
+        }
+    };
     for (size_t i = 0; i < curve.size(); ++i) {
         const auto [timeA, errorA] = curve[i];
         if (errorA <= error) {
-            consider(timeA);
+            consider({i, i, 0, timeA});
         }
         if (i + 1 == curve.size()) {
             break;
@@ -260,29 +392,58 @@ std::optional<double> timeForError(const std::vector<std::pair<double, double>>&
         const auto [timeB, errorB] = curve[i + 1];
         if (error > std::min(errorA, errorB) && error < std::max(errorA, errorB)) {
             const double share = std::log(error / errorA) / std::log(errorB / errorA);
-            consider(timeA * std::pow(timeB / timeA, share));
+            consider({i, i + 1, share, timeA * std::pow(timeB / timeA, share)});
         }
     }
     return least;
 }
 
+Decision decisionOf(const Json& ratio, double most)
+{
+    if (ratio["high"].is_number() && ratio["high"].get<double>() <= most) {
+        return Decision::within;
+    }
+    return ratio["low"].get<double>() > most ? Decision::beyond : Decision::open;
+}
+
+const char* decisionText(const Json& ratio)
+{
+    if (ratio.is_null()) {
+        return "-";
+    }
+    const Decision decision = decisionOf(ratio, kMostOfOthersTime);
+    return decision == Decision::within ? "yes" : decision == Decision::beyond ? "NO" : "not decided";
+}
+
+const char* standingOf(const Json& claim)
+{
+    const Json& met = claim["met"];
+    return met.is_null() ? "not decided" : met.get<bool>() ? "met" : "NOT MET";
+}
+
 Json frontJson(const Json& settings, double frameTimeMs)
 {
-    Json atEqualError = Json::array();
+    Json rows = Json::array();
     for (const Json& setting : settings) {
-        if (!isMorphing(setting)) {
-            continue;
+        if (isMorphing(setting)) {
+            rows.push_back({{"name", setting["name"]}, {"method", setting["method"]}});
         }
-        Json row{{"name", setting["name"]}, {"method", setting["method"]}};
-        for (const Measure& measure : kMeasures) {
-            row[measure.name] = hybridRatio(setting, settings, measure);
-        }
-        atEqualError.push_back(std::move(row));
     }
+    for (const Measure& measure : kMeasures) {
+        const std::vector<Point> points = pointsOf(settings, measure);
+        for (Json& row : rows) {
+            const auto point = std::find_if(points.begin(), points.end(), [&](const Point& p) {
+                return (*p.setting)["name"] == row["name"];
+            });
+            row[measure.name] = point == points.end() ? Json(nullptr) : hybridRatio(*point, points);
+        }
+    }
+    Json best = recommended(settings, rows, frameTimeMs);
     return {{"frame_time_ms", rounded(frameTimeMs)},
             {"largest_budget_within_frame_time", budgetsWithin(settings, frameTimeMs)},
-            {"recommended", recommended(settings, frameTimeMs)},
-            {"hybrid_at_equal_error", std::move(atEqualError)}};
+            {"recommended", std::move(best)},
+            {"times_compared", kTimesCompared},
+            {"hybrid_at_equal_error", std::move(rows)}};
 }
 
 Json verdictJson(const Json& settings, const Json& front)

@@ -60,6 +60,11 @@ std::string number(const Json& value)
     return value.is_number() ? fmt::format("{:.4g}", value.get<double>()) : std::string("&ndash;");
 }
 
+std::string interval(const Json& ratio, const char* middle)
+{
+    return fmt::format("{} ({} to {})", number(ratio[middle]), number(ratio["low"]), number(ratio["high"]));
+}
+
 std::string textOf(const Json& value)
 {
     return value.is_string() ? escaped(value.get<std::string>()) : escaped(value.dump());
@@ -213,7 +218,7 @@ std::string settingsTable(const Json& report)
     for (const char* head : {"broken", "no bound", "pops", "cracks", "over budget"}) {
         html += fmt::format("<th>{}</th>", head);
     }
-    html += "<th>MiB resident</th>";
+    html += "<th>MiB resident</th><th>ms p50 of a pass</th><th>p99 of a pass</th><th>machine's share</th>";
     for (const SummaryCell& cell : kCells) {
         html += fmt::format("<th>{}</th>", cell.head);
     }
@@ -222,10 +227,14 @@ std::string settingsTable(const Json& report)
         html += fmt::format("<tr><td>{}</td>", textOf(setting["name"]));
         for (const char* count : {"bound_broken", "without_bound", "pops", "crack_pixels", "over_budget"}) {
             const auto value = setting["counts"][count].get<uint64_t>();
-            const bool bad = value > 0 && std::string_view(count) != "without_bound";
+            const bool bad = value > 0 && isPromisedZero(setting, count);
             html += fmt::format("<td class=\"{}\">{}</td>", bad ? "bad" : "", value);
         }
-        html += fmt::format("<td>{:.0f}</td>", setting["resident_bytes"].get<double>() / (1 << 20));
+        const Json& timing = setting["timing"];
+        html += fmt::format("<td>{:.0f}</td><td>{}</td><td>{}</td><td>{:.0f} %</td>",
+                            setting["resident_bytes"].get<double>() / (1 << 20),
+                            interval(timing["pass_p50_ms"], "mean"), interval(timing["pass_p99_ms"], "mean"),
+                            100 * timing["machine_share"].get<double>());
         for (const SummaryCell& cell : kCells) {
             Json value = summaryOf(setting, cell.column, cell.quantile);
             if (value.is_number() && std::string_view(cell.column) == "bytes_uploaded") {
@@ -403,9 +412,12 @@ std::string comparison(const Json& report)
         return {};
     }
     const Json& compare = report["compare"];
-    std::string html = fmt::format("<h2 id=\"compare\">Against the report of {}</h2>\n<p>Ratios now / "
-                                   "before: {}. Below 1 is less.</p>\n",
-                                   textOf(compare["date"]), textOf(compare["method"]));
+    std::string html =
+        fmt::format("<h2 id=\"compare\">Against the report of {}</h2>\n<p>Of {} passes, this one "
+                    "of {}. Ratios now / before: {}. Below 1 is less. What the machine did to "
+                    "one of the two as a whole is in the ratio, not in the interval.</p>\n",
+                    textOf(compare["date"]), textOf(compare["passes_before"]),
+                    textOf(report["measured"]["passes"]), textOf(compare["method"]));
     const auto list = [&](const char* what, const char* key) {
         for (const Json& line : compare[key]) {
             html += fmt::format("<p>{}: {}</p>\n", what, textOf(line));
@@ -439,10 +451,9 @@ std::string verdict(const Json& report)
 {
     std::string html = "<ul class=\"verdict\">\n";
     for (const Json& claim : report["verdict"]) {
-        const bool met = claim["met"].get<bool>();
-        html += fmt::format("<li class=\"{}\">{}: {}. <span class=\"soft\">{}</span></li>\n",
-                            met ? "good" : "bad", met ? "met" : "not met", textOf(claim["claim"]),
-                            textOf(claim["found"]));
+        const char* colour = claim["met"].is_null() ? "soft" : claim["met"].get<bool>() ? "good" : "bad";
+        html += fmt::format("<li class=\"{}\">{}: {}. <span class=\"soft\">{}</span></li>\n", colour,
+                            standingOf(claim), textOf(claim["claim"]), textOf(claim["found"]));
     }
     return html + "</ul>\n";
 }
@@ -463,34 +474,37 @@ std::string front(const Json& report)
     html += "</ul>\n";
     for (const Json& best : front["recommended"]) {
         html += fmt::format(
-            "<p>Recommended at {} x {}, the smallest error whose p99 frame time is within {} ms: "
-            "<code>terrain.method = \"{}\"</code>, <code>terrain.triangle_budget = {}</code>.</p>\n",
+            "<p>Recommended at {} x {} for a p99 frame time within {} ms: <code>terrain.method = "
+            "\"{}\"</code>, <code>terrain.triangle_budget = {}</code> (p99 {} ms, of a pass {}).</p>\n",
             textOf(best["width"]), textOf(best["height"]), number(front["frame_time_ms"]),
-            textOf(best["method"]), textOf(best["budget"]));
+            textOf(best["method"]), textOf(best["budget"]), number(best["p99_ms"]),
+            interval(best["pass_p99_ms"], "mean"));
     }
     if (front["recommended"].empty()) {
         html += fmt::format("<p>None of these settings keeps the p99 of its frame time within {} ms: none is "
                             "recommended.</p>\n",
                             number(front["frame_time_ms"]));
     }
-    html +=
-        "<p>Median time of hybrid over that of another method at the same measured error: for a setting of "
-        "hybrid against the cheapest other method, for one of another method the least that hybrid takes for "
-        "its error. Error is the largest of the sample in the median frame, or where stated the p99 of the "
-        "posts or FLIP. A dash where one of the two has no error as small, or hybrid none as "
-        "large.</p>\n<div "
-        "class=\"scroll\"><table><tr><th>at the error of</th><th>against</th><th>frame time</th><th>CPU "
-        "time</th><th>frame time by p99 of posts</th><th>by FLIP</th></tr>\n";
+    html += fmt::format(
+        "<p>{}</p>\n<p>Time of hybrid over that of another method at the same measured error: for a setting "
+        "of hybrid against the method that it does worst against, for one of another method the least that "
+        "hybrid takes for its error; {}. Error is the largest of the sample in the median frame, or where "
+        "stated the p99 of the posts or FLIP. A dash where one of the two has no error as small, or hybrid "
+        "none as large.</p>\n<div class=\"scroll\"><table><tr><th>at the error of</th><th>against</th>"
+        "<th>frame time</th><th>within {:.0f} %</th><th>CPU time</th><th>frame time by p99 of posts</th>"
+        "<th>by FLIP</th></tr>\n",
+        kRecommendedBy, kTimesCompared, 100 * (kMostOfOthersTime - 1));
     for (const Json& row : front["hybrid_at_equal_error"]) {
-        html += fmt::format("<tr><td>{}</td><td>{}</td>", textOf(row["name"]),
-                            row["wall"].is_null() ? "&ndash;" : textOf(row["wall"]["against"]));
-        for (const char* measure : {"wall", "cpu", "wall_by_p99", "wall_by_flip"}) {
+        const auto cell = [&](const char* measure) {
             const Json& ratio = row[measure];
-            const bool bad = !ratio.is_null() && ratio["ratio"].get<double>() > kMostOfOthersTime;
-            html += fmt::format("<td class=\"{}\">{}</td>", bad ? "bad" : "",
-                                ratio.is_null() ? "&ndash;" : number(ratio["ratio"]));
-        }
-        html += "</tr>\n";
+            const bool bad = !ratio.is_null() && decisionOf(ratio, kMostOfOthersTime) == Decision::beyond;
+            return fmt::format("<td class=\"{}\">{}</td>", bad ? "bad" : "",
+                               ratio.is_null() ? "&ndash;" : interval(ratio, "ratio"));
+        };
+        html +=
+            fmt::format("<tr><td>{}</td><td>{}</td>{}<td>{}</td>{}{}{}</tr>\n", textOf(row["name"]),
+                        row["wall"].is_null() ? "&ndash;" : textOf(row["wall"]["against"]), cell("wall"),
+                        decisionText(row["wall"]), cell("cpu"), cell("wall_by_p99"), cell("wall_by_flip"));
     }
     return html + "</table></div>\n";
 }
@@ -508,10 +522,13 @@ std::string details(const Json& report)
     html += fmt::format("</table>\n<p>Command: <code>{}</code>; took {} s.</p>\n", textOf(report["command"]),
                         textOf(report["seconds"]));
     html += R"(<ul>
-<li>Time: wall time of a frame from selection to the picture in memory, in a run of its own with nothing measured
-in between. Selection, making of index lists, and upload (pages read, decoded, made into meshes and handed to GL) are
-apart. On a driver that defers, most of the
-drawing shows in the reading back.</li>
+<li>Time: wall time of a frame from selection to the picture in memory, in flights of their own with nothing measured
+in between. All settings fly a block of frames in turn, in an order drawn for each block, so that what the machine does
+to one it does to all; passes along the whole path, with engines made anew, repeat it. A frame's times are those of its
+median pass. The machine's share is by how much the slowest pass of a frame was above its quickest, median of the
+frames. Intervals are of 95 % over the passes, by Student's t, each for itself. Selection, making of index lists, and
+upload (pages read, decoded, made into meshes and handed to GL) are apart. On a driver that defers, most of the drawing
+shows in the reading back.</li>
 <li>Geometric error: distance on the screen between a full-resolution post that is inside the frustum and the point of
 the drawn, morphed surface with its grid coordinates, worked out from the draw list and the dataset; hidden posts
 count. The bound is what the engine states for the same frame, a dash where it states none.</li>

@@ -11,6 +11,9 @@ namespace {
 
 using report::ReportOptions;
 
+constexpr uint32_t kLeastBudget = 512; // triangles
+constexpr uint32_t kMostBudget = 1'000'000;
+
 // "1280x720".
 std::string parseSizes(const std::vector<std::string>& texts, ReportOptions& options)
 {
@@ -30,6 +33,21 @@ std::string parseSizes(const std::vector<std::string>& texts, ReportOptions& opt
     return {};
 }
 
+// "soar-14000".
+std::string parseAlso(const std::vector<std::string>& texts, ReportOptions& options)
+{
+    for (const std::string& text : texts) {
+        const auto setting = report::Setting::parsed(text);
+        if (!setting || setting->budget < kLeastBudget || setting->budget > kMostBudget) {
+            return "--also: '" + text +
+                   "' is no setting, expected METHOD-BUDGET or METHOD-nomorph-BUDGET, such as soar-14000 "
+                   "(512 to 1000000 triangles)";
+        }
+        options.also.push_back(*setting);
+    }
+    return {};
+}
+
 std::string commandOf(int argc, char** argv)
 {
     std::string command = "eyepoint-report";
@@ -45,6 +63,7 @@ int main(int argc, char** argv)
 {
     ReportOptions options;
     std::vector<std::string> sizes{"1280x720"};
+    std::vector<std::string> also;
     bool noMotion = false;
     CLI::App app{"Measures error against run time for a terrain and a flight path, and writes report.json, "
                  "report.csv, report.html and a table, report.md.",
@@ -63,11 +82,17 @@ int main(int argc, char** argv)
         ->check(CLI::IsMember({"hybrid", "bintree", "soar", "geomip"}));
     app.add_option("--budgets", options.budgets, "Triangles per frame")
         ->delimiter(',')
-        ->check(ig::app::within(512, 1'000'000));
+        ->check(ig::app::within(kLeastBudget, kMostBudget));
     app.add_option("--sizes", sizes, "Pictures, WIDTHxHEIGHT")->delimiter(',');
     app.add_option("--morph", options.morph, "on, off or both")
         ->delimiter(',')
         ->check(CLI::IsMember({"on", "off"}));
+    app.add_option("--also", also,
+                   "More settings, METHOD-BUDGET or METHOD-nomorph-BUDGET, such as soar-14000")
+        ->delimiter(',');
+    app.add_option("--passes", options.passes,
+                   "Timings of the whole path, the settings in turn; fewer than two decide nothing")
+        ->check(ig::app::within(1, 1000));
     app.add_option("--frames", options.path.frames, "Of the path, at most")
         ->check(ig::app::within(2, 1'000'000));
     app.add_option("--rate", options.path.rateHz, "Frames per second of flight")
@@ -100,7 +125,8 @@ int main(int argc, char** argv)
         ->check(ig::app::within(0.0, 1.0));
     app.add_option("--frame-time", options.frameTimeMs, "Frame budget to show in the plots, ms")
         ->check(ig::app::within(0.01, 1e4));
-    app.add_flag("--resume", options.resume, "Keep the settings that an interrupted run has finished");
+    app.add_flag("--resume", options.resume,
+                 "Keep the passes and errors that an interrupted run has finished");
     app.add_option("--compare", options.compareWith, "An older report.json of the same terrain and path")
         ->check(CLI::ExistingFile);
     app.add_flag("--no-motion", noMotion, "Leave the error of extrapolation out");
@@ -117,9 +143,11 @@ int main(int argc, char** argv)
     }
     options.motion = !noMotion;
     options.command = commandOf(argc, argv);
-    if (const std::string wrong = parseSizes(sizes, options); !wrong.empty()) {
-        std::fprintf(stderr, "eyepoint-report: %s\n", wrong.c_str());
-        return ig::exitCode(ig::ErrorKind::usage);
+    for (const std::string& wrong : {parseSizes(sizes, options), parseAlso(also, options)}) {
+        if (!wrong.empty()) {
+            std::fprintf(stderr, "eyepoint-report: %s\n", wrong.c_str());
+            return ig::exitCode(ig::ErrorKind::usage);
+        }
     }
     const auto outcome = report::runReport(options);
     if (!outcome) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tools/report/markdown.h"
 
+#include "tools/report/front.h"
+
 #include <fmt/format.h>
 
 #include <array>
@@ -23,16 +25,22 @@ std::string number(const Json& value)
     return plain >= 1000 && plain < 1e6 ? fmt::format("{:.0f}", plain) : fmt::format("{:.3g}", plain);
 }
 
+std::string interval(const Json& ratio, const char* middle)
+{
+    return fmt::format("{} ({} - {})", number(ratio[middle]), number(ratio["low"]), number(ratio["high"]));
+}
+
 std::string head(const Json& report)
 {
     const Json& machine = report["machine"];
     return fmt::format("### {}: {} x {} posts; {}, {} frames\n\n{}, {} threads, {} GiB; {}; Eyepoint {}, {}; "
-                       "load {} at the start; {} s\n\n",
+                       "load {} at the start; {} passes of all settings in turn; {} s\n\n",
                        text(report["terrain"]["file"]), text(report["terrain"]["columns"]),
                        text(report["terrain"]["rows"]), text(report["path"]["name"]),
                        text(report["path"]["frames"]), text(machine["processor"]), text(machine["threads"]),
                        text(machine["memory_gib"]), text(machine["driver"]), text(machine["eyepoint"]),
-                       text(report["date"]), number(machine["load_at_start"]), text(report["seconds"]));
+                       text(report["date"]), number(machine["load_at_start"]),
+                       text(report["measured"]["passes"]), text(report["seconds"]));
 }
 
 std::string settingsTable(const Json& settings)
@@ -49,15 +57,18 @@ std::string settingsTable(const Json& settings)
                                 SummaryCell{"SSIM", "ssim", "mean"},
                                 SummaryCell{"FLIP", "flip", "mean"},
                                 SummaryCell{"skyline px", "skyline_mean_px", "mean"}};
-    std::string table = "| setting |";
-    std::string rule = "|---|";
+    std::string table = "| setting | ms p50 of a pass | p99 of a pass | machine's share |";
+    std::string rule = "|---|---|---|---|";
     for (const SummaryCell& cell : kCells) {
         table += fmt::format(" {} |", cell.head);
         rule += "---|";
     }
     table += '\n' + rule + '\n';
     for (const Json& setting : settings) {
-        table += fmt::format("| {} |", text(setting["name"]));
+        const Json& timing = setting["timing"];
+        table += fmt::format("| {} | {} | {} | {:.0f} % |", text(setting["name"]),
+                             interval(timing["pass_p50_ms"], "mean"), interval(timing["pass_p99_ms"], "mean"),
+                             100 * timing["machine_share"].get<double>());
         for (const SummaryCell& cell : kCells) {
             table += fmt::format(" {} |", number(summaryOf(setting, cell.column, cell.quantile)));
         }
@@ -70,8 +81,7 @@ std::string verdict(const Json& report)
 {
     std::string lines = "\n";
     for (const Json& claim : report["verdict"]) {
-        lines += fmt::format("- {}: {}. {}\n", claim["met"].get<bool>() ? "met" : "NOT MET",
-                             text(claim["claim"]), text(claim["found"]));
+        lines += fmt::format("- {}: {}. {}\n", standingOf(claim), text(claim["claim"]), text(claim["found"]));
     }
     return lines;
 }
@@ -87,14 +97,14 @@ std::string atEqualError(const Json& front)
         table += fmt::format("| {} | {} |", text(row["name"]), text(row["wall"]["against"]));
         for (const char* measure : {"wall", "cpu", "wall_by_p99", "wall_by_flip"}) {
             const Json& ratio = row[measure];
-            table += fmt::format(" {} |", ratio.is_null() ? std::string("-") : number(ratio["ratio"]));
+            table += fmt::format(" {} |", ratio.is_null() ? std::string("-") : interval(ratio, "ratio"));
         }
-        table += '\n';
+        table += fmt::format(" {} |\n", decisionText(row["wall"]));
     }
     return table.empty()
                ? table
                : "\n| time of hybrid over another's at the error of | the other | frame time | CPU | "
-                 "by p99 of posts | by FLIP |\n|---|---|---|---|---|---|\n" +
+                 "by p99 of posts | by FLIP | within 10 % |\n|---|---|---|---|---|---|---|\n" +
                      table;
 }
 
@@ -102,13 +112,15 @@ std::string recommended(const Json& front)
 {
     std::string lines;
     for (const Json& best : front["recommended"]) {
-        lines += fmt::format("{} x {}: `terrain.method = \"{}\"`, `terrain.triangle_budget = {}` (p99 {} ms, "
-                             "largest error {} px)\n",
-                             text(best["width"]), text(best["height"]), text(best["method"]),
-                             text(best["budget"]), number(best["p99_ms"]), number(best["error_px"]));
+        lines += fmt::format(
+            "{} x {}: `terrain.method = \"{}\"`, `terrain.triangle_budget = {}` (p99 {} ms, of a "
+            "pass {}; largest error {} px)\n",
+            text(best["width"]), text(best["height"]), text(best["method"]), text(best["budget"]),
+            number(best["p99_ms"]), interval(best["pass_p99_ms"], "mean"), number(best["error_px"]));
     }
-    return fmt::format("\nRecommended here, the smallest error whose p99 frame time is within {} ms: {}\n",
-                       number(front["frame_time_ms"]), lines.empty() ? "none of these fits.\n" : lines);
+    return fmt::format("\nRecommended here for a p99 frame time within {} ms: {}\n{}\n\n",
+                       number(front["frame_time_ms"]), lines.empty() ? "none of these fits.\n" : lines,
+                       kRecommendedBy);
 }
 
 std::string scaling(const Json& report)
@@ -137,14 +149,14 @@ std::string comparison(const Json& report)
         return {};
     }
     std::string table =
-        "| now / before (95 %) | frame time | CPU | largest error | FLIP |\n|---|---|---|---|---|\n";
+        fmt::format("| now / before (95 %), {} passes against {} | frame time | CPU | "
+                    "largest error | FLIP |\n|---|---|---|---|---|\n",
+                    text(report["measured"]["passes"]), text(report["compare"]["passes_before"]));
     for (const Json& setting : report["compare"]["settings"]) {
         table += fmt::format("| {} |", text(setting["name"]));
         for (const char* column : {"total_ms", "cpu_ms", "error_max_px", "flip"}) {
-            table += setting.contains(column)
-                         ? fmt::format(" {} ({} - {}) |", number(setting[column]["ratio"]),
-                                       number(setting[column]["low"]), number(setting[column]["high"]))
-                         : std::string(" - |");
+            table +=
+                fmt::format(" {} |", setting.contains(column) ? interval(setting[column], "ratio") : "-");
         }
         table += '\n';
     }

@@ -4,9 +4,6 @@
 #include "ig/out/png_file.h"
 #include "tools/report/drawn_surface.h"
 #include "tools/report/flip.h"
-#include "tools/report/machine.h"
-
-#include <malloc.h>
 
 #include <algorithm>
 #include <cmath>
@@ -206,12 +203,6 @@ double boundOf(const lod::LodStats& stats)
     return stats.errorPx < lod::kNoBoundPx ? double{stats.errorPx} : std::numeric_limits<double>::infinity();
 }
 
-uint64_t grownSince(uint64_t residentBefore)
-{
-    const uint64_t now = residentBytes();
-    return now > residentBefore ? now - residentBefore : 0;
-}
-
 } // namespace
 
 Result<Truth> Truth::create(const gl::Context& context, gl::RendererSettings settings,
@@ -266,30 +257,6 @@ Result<Json> measureSetting(const gl::Context& context, const Scene& scene, cons
 {
     const std::vector<ViewState>& views = truth.views();
     std::vector<FrameRecord> frames(views.size());
-    constexpr double kTimedShare = 0.3; // of the work, for the progress bar
-    Memory memory;
-    {
-        malloc_trim(0); // what was freed before is not to be taken for the run's
-        const uint64_t residentBefore = residentBytes();
-        auto run = EngineRun::create(context, scene, setting, log);
-        if (!run) {
-            return Unexpected{run.error()};
-        }
-        if (auto warm = run->warmUp(views.front()); !warm) {
-            return Unexpected{warm.error()};
-        }
-        EnergyMeter energy;
-        for (size_t i = 0; i < views.size(); ++i) {
-            const double before = energy.joules();
-            const EngineRun::Cost cost = run->frame(views[i]);
-            frames[i].stats = cost.stats;
-            frames[i].cpuMs = cost.cpuMs;
-            frames[i].residentPages = run->residentPages();
-            frames[i].energyJ = energy.joules() - before;
-            progress(kTimedShare * static_cast<double>(i + 1) / static_cast<double>(views.size()));
-        }
-        memory = {run->gpuBytes(), grownSince(residentBefore)};
-    }
     auto run = EngineRun::create(context, scene, setting, log);
     if (!run) {
         return Unexpected{run.error()};
@@ -302,17 +269,16 @@ Result<Json> measureSetting(const gl::Context& context, const Scene& scene, cons
         const app::FrameStats stats = run->frame(views[i]).stats;
         frameMeter.finish(); // of the frame before
         FrameRecord& frame = frames[i];
-        frame.isSame =
-            stats.lod.triangles == frame.stats.lod.triangles && stats.lod.errorPx == frame.stats.lod.errorPx;
+        frame.stats = stats;
+        frame.residentPages = run->residentPages();
         frame.boundPx = boundOf(stats.lod);
         frame.tauPx = double{stats.lod.tauPx};
         frameMeter.start(i, run->drawList(), run->rgba());
-        progress(kTimedShare +
-                 (1 - kTimedShare) * static_cast<double>(i + 1) / static_cast<double>(views.size()));
+        progress(static_cast<double>(i + 1) / static_cast<double>(views.size()));
     }
     frameMeter.finish();
     const Worst& worst = frameMeter.worst();
-    Json json = settingJson(setting, frames, options.boundScale, memory);
+    Json json = settingJson(setting, frames, options.boundScale);
     auto written = writeWorst(worst, truth.picture(worst.frame), options.pictureDir, setting.name());
     if (!written) {
         return Unexpected{written.error()};

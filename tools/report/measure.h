@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Flies a path with a setting and measures it: once for the time, undisturbed, and once more for the error,
-// with the same frames. The true pictures of a path are drawn once for a picture size and shared by all
-// settings.
+// Flies a path with a setting and measures its error. The true pictures of a path are drawn once for a
+// picture size and shared by all settings. Times are measured apart, undisturbed (timing.h).
 #pragma once
 
 #include "tools/report/full_mesh.h"
@@ -9,9 +8,8 @@
 #include "tools/report/picture_error.h"
 #include "tools/report/records.h"
 #include "tools/report/surface_error.h"
+#include "tools/report/timing.h"
 
-#include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -24,8 +22,6 @@ struct MeasureOptions {
     double boundScale = 1;  // see settingJson
     std::string pictureDir; // worst frames are put here
 };
-
-using Progress = std::function<void(double share)>;
 
 // The true terrain and pictures for one path and picture size.
 class Truth {
@@ -58,8 +54,8 @@ private:
     double _meanTriangles = 0;
 };
 
-// The report's JSON of the setting. Errors: of the dataset and of the renderer, or a picture that cannot be
-// written.
+// The report's JSON of the setting, without times. Errors: of the dataset and of the renderer, or a picture
+// that cannot be written.
 ig::Result<Json> measureSetting(const ig::gl::Context& context, const Scene& scene, const Setting& setting,
                                 const MeasureOptions& options, Truth& truth, SurfaceMeter& meter,
                                 ig::LogSink& log, const Progress& progress);

@@ -3,13 +3,14 @@
 #pragma once
 
 #include "tools/report/engine_run.h"
+#include "tools/report/statistics.h"
 #include "tools/report/surface_error.h"
 
 #include <nlohmann/json.hpp>
 
 #include <optional>
-#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace report {
@@ -28,12 +29,17 @@ struct PictureError {
     int skylineMaxPx = 0;
 };
 
-struct FrameRecord {
-    ig::app::FrameStats stats; // of the run that is timed
+// A frame of a flight that is timed.
+struct TimedFrame {
+    ig::app::FrameStats stats;
     double cpuMs = 0;
-    uint32_t residentPages = 0;
     double energyJ = 0; // 0: not known
-    // Of the run that is measured.
+};
+
+// A frame of the flight whose error is measured.
+struct FrameRecord {
+    ig::app::FrameStats stats;
+    uint32_t residentPages = 0;
     double boundPx = 0; // the engine's own; infinite: it has none
     double tauPx = 0;
     SurfaceError sample;
@@ -41,7 +47,6 @@ struct FrameRecord {
     std::optional<SurfaceError> all;
     std::optional<PictureError> picture;
     uint64_t crackPixels = 0;
-    bool isSame = false; // the run that is timed drew as many triangles, with the same bound
 
     // The larger one of the sample and of all posts.
     double largestErrorPx() const noexcept;
@@ -54,25 +59,42 @@ inline constexpr double kPopShareOfWay = 0.5;
 inline constexpr double kSmallestPopPx = 1.0;
 bool isPop(const FrameRecord& frame) noexcept;
 
-// A value of a frame, by name: the columns of the CSV and of the JSON.
-struct Column {
-    const char* name;
-    std::optional<double> (*value)(const FrameRecord&);
-};
-std::span<const Column> columns() noexcept;
+// The setting, its counts, the quantiles of every column and the columns by frame; of the error alone, as
+// long as it has no times. boundScale: a frame breaks the bound where its error is larger than bound times
+// this.
+Json settingJson(const Setting& setting, const std::vector<FrameRecord>& frames, double boundScale);
 
-// The setting, its counts, the quantiles of every column and the columns by frame. boundScale: a frame breaks
-// the bound where its error is larger than bound times this.
 struct Memory {
     uint64_t gpuBytes = 0;
     uint64_t residentBytes =
         0; // that the process grew by; with a driver in software the former is part of it
 };
-Json settingJson(const Setting& setting, const std::vector<FrameRecord>& frames, double boundScale,
-                 const Memory& memory);
 
-// A row per setting and frame.
-void writeCsv(const Json& settings, std::FILE* file);
+// Whether the engine promises that one of a setting's counts is 0. Without a morph tiles pop: that is what it
+// is for.
+bool isPromisedZero(const Json& setting, std::string_view count);
+
+// A timed flight of a setting along the whole path: its columns by frame, and what it has drawn.
+Json timedFlightJson(const Setting& setting, const std::vector<TimedFrame>& frames, const Memory& memory);
+
+// Puts the times of a setting's flights, one of each pass, into its JSON:
+//   by_frame, summary  the times of each frame in its median pass, by total_ms
+//   by_pass            wall and CPU time of every frame in every pass
+//   timing             passes; p50 and p99 of the passes' frame times with 95 % intervals; machine_share: by
+//                      how much the slowest pass of a frame was above its quickest, median of the frames
+// flights: not empty, of as many frames each as the setting.
+Json withTimes(const Json& setting, const std::vector<Json>& flights);
+
+// Times that by_pass has.
+inline constexpr const char* kTimesByPass[] = {"total_ms", "cpu_ms"};
+// By pass and frame; empty where the setting has none.
+std::vector<std::vector<double>> passesOf(const Json& setting, const char* name);
+
+// {"ratio" or as named, "low", "high"}; null for what is infinite.
+Json intervalJson(const Ratio& ratio, const char* name);
+
+// A row per setting and frame, times of its median pass.
+std::string csvOf(const Json& settings);
 
 // Six significant digits; null for what is not finite.
 Json rounded(double value);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tools/report/run_report.h"
 
+#include "ig/app/output_files.h"
 #include "ig/gl/context.h"
 #include "tools/report/compare.h"
 #include "tools/report/front.h"
@@ -9,16 +10,15 @@
 #include "tools/report/markdown.h"
 #include "tools/report/motion_part.h"
 #include "tools/report/scaling_part.h"
+#include "tools/report/timing.h"
 #include "tools/terrain/progress.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <utility>
@@ -29,7 +29,7 @@ using namespace ig;
 
 namespace {
 
-constexpr int kReportFormat = 2; // of report.json and of what --resume takes again
+constexpr int kReportFormat = 3; // of report.json and of what --resume takes again
 
 class PrintedLog final : public LogSink {
 public:
@@ -39,44 +39,28 @@ public:
     }
 };
 
-std::vector<Setting> settingsOf(const ReportOptions& options)
+std::vector<Setting> settingsOf(const ReportOptions& options, const std::array<int, 2>& size)
 {
     std::vector<Setting> settings;
-    for (const auto& [width, height] : options.sizes) {
-        for (const std::string& method : options.methods) {
-            for (const std::string& morph : options.morph) {
-                for (const uint32_t budget : options.budgets) {
-                    settings.push_back({method, budget, width, height, morph == "on"});
-                }
+    const auto add = [&](Setting setting) {
+        setting.widthPx = size[0];
+        setting.heightPx = size[1];
+        if (std::none_of(settings.begin(), settings.end(),
+                         [&](const Setting& other) { return other.name() == setting.name(); })) {
+            settings.push_back(std::move(setting));
+        }
+    };
+    for (const std::string& method : options.methods) {
+        for (const std::string& morph : options.morph) {
+            for (const uint32_t budget : options.budgets) {
+                add({.method = method, .budget = budget, .morph = morph == "on"});
             }
         }
     }
+    for (const Setting& setting : options.also) {
+        add(setting);
+    }
     return settings;
-}
-
-Result<void> writeText(const std::string& path, const std::string& text)
-{
-    const std::string part = path + ".part";
-    std::FILE* file = std::fopen(part.c_str(), "wb");
-    const bool written = file != nullptr && std::fwrite(text.data(), 1, text.size(), file) == text.size();
-    const bool closed = file != nullptr && std::fclose(file) == 0;
-    if (!written || !closed || std::rename(part.c_str(), path.c_str()) != 0) {
-        return fail(ErrorKind::failed, path + ": cannot be written: " + std::strerror(errno));
-    }
-    return {};
-}
-
-Result<void> writeCsvFile(const std::string& path, const Json& settings)
-{
-    std::FILE* file = std::fopen(path.c_str(), "wb");
-    if (file == nullptr) {
-        return fail(ErrorKind::failed, path + ": cannot be written: " + std::strerror(errno));
-    }
-    writeCsv(settings, file);
-    if (std::fclose(file) != 0) {
-        return fail(ErrorKind::failed, path + ": cannot be written: " + std::strerror(errno));
-    }
-    return {};
 }
 
 std::string hex(uint64_t value)
@@ -115,20 +99,24 @@ Json keyOf(const ReportOptions& options, const Path& path, const data::DatasetIn
 // The progress of all parts on one bar: shares by about what they take.
 class Steps {
 public:
-    Steps(bool quiet, size_t truths, size_t settings, bool scaling)
-        : _progress(quiet), _total(kTruth * static_cast<double>(truths) + static_cast<double>(settings) +
-                                   (scaling ? kScaling : 0))
+    Steps(bool quiet, size_t truths, size_t settings, unsigned passes, bool scaling)
+        : _progress(quiet),
+          _total(kTruth * static_cast<double>(truths) +
+                 (1 + kTimed * passes) * static_cast<double>(settings) + (scaling ? kScaling : 0))
     {
     }
+    Progress pass(size_t settings) { return step(kTimed * static_cast<double>(settings)); }
     Progress truth() { return step(kTruth); }
     Progress setting() { return step(1); }
     Progress scaling() { return step(kScaling); }
     // What need not be done counts as if it had never been asked for, or the time left would be too short.
+    void skipPass(size_t settings) { _total -= kTimed * static_cast<double>(settings); }
     void skipSetting() { _total -= 1; }
     void skipTruth() { _total -= kTruth; }
 
 private:
-    static constexpr double kTruth = 1; // in settings
+    static constexpr double kTruth = 1; // in settings' errors
+    static constexpr double kTimed = 0.3;
     static constexpr double kScaling = 4;
     Progress step(double size)
     {
@@ -164,7 +152,9 @@ Json headJson(const ReportOptions& options, const data::Dataset& dataset, const 
               {"rate_hz", path.rateHz},
               {"hash", hex(path.hash)}}},
             {"measured",
-             {{"sample", fmt::format("one post at random of each {0} x {0}", options.measure.blockPosts)},
+             {{"passes", options.passes},
+              {"frames_in_turn", kBlockFrames},
+              {"sample", fmt::format("one post at random of each {0} x {0}", options.measure.blockPosts)},
               {"picture_every", options.measure.pictureEvery},
               {"all_posts_every", options.measure.allPostsEvery},
               {"bound_scale", options.measure.boundScale},
@@ -180,13 +170,13 @@ Outcome outcomeOf(const Json& settings)
     Outcome outcome;
     outcome.settings = settings.size();
     for (const Json& setting : settings) {
-        const Json& counts = setting["counts"];
-        outcome.boundBroken += counts["bound_broken"].get<uint64_t>();
-        outcome.overBudget += counts["over_budget"].get<uint64_t>();
-        if (setting["morph"].get<bool>()) {
-            outcome.pops += counts["pops"].get<uint64_t>();
-        }
-        outcome.crackPixels += counts["crack_pixels"].get<uint64_t>();
+        const auto countOf = [&](const char* count) {
+            return isPromisedZero(setting, count) ? setting["counts"][count].get<uint64_t>() : 0;
+        };
+        outcome.boundBroken += countOf("bound_broken");
+        outcome.overBudget += countOf("over_budget");
+        outcome.pops += countOf("pops");
+        outcome.crackPixels += countOf("crack_pixels");
     }
     return outcome;
 }
@@ -195,10 +185,147 @@ std::string verdictText(const Json& verdict)
 {
     std::string text;
     for (const Json& claim : verdict) {
-        text += fmt::format("{:8} {}. {}\n", claim["met"].get<bool>() ? "met" : "NOT MET",
-                            claim["claim"].get<std::string>(), claim["found"].get<std::string>());
+        text += fmt::format("{:11} {}. {}\n", standingOf(claim), claim["claim"].get<std::string>(),
+                            claim["found"].get<std::string>());
     }
     return text;
+}
+
+// Measures the settings of one picture size after the other, and keeps what is finished for --resume.
+class Measuring {
+public:
+    Measuring(const ReportOptions& options, const gl::Context& context, const data::Dataset& dataset,
+              const Path& path, const std::string& parts)
+        : _options(options), _context(context), _dataset(dataset), _path(path), _parts(parts),
+          _key(keyOf(options, path, dataset.info())), _terrain(dataset),
+          _meter(_terrain, options.measure.blockPosts),
+          _steps(options.quiet, options.sizes.size(),
+                 options.sizes.size() * settingsOf(options, options.sizes.front()).size(), options.passes,
+                 !options.scalingSizes.empty())
+    {
+    }
+
+    // Appends the settings to done.
+    Result<void> measure(const std::array<int, 2>& size, Json& done)
+    {
+        const std::vector<Setting> settings = settingsOf(_options, size);
+        const std::vector<ViewState> views = _path.sized(size[0], size[1]);
+        std::vector<std::vector<Json>> flights(settings.size()); // by pass
+        for (unsigned pass = 0; pass < _options.passes; ++pass) {
+            auto flown = time(settings, views, pass);
+            if (!flown) {
+                return Unexpected{flown.error()};
+            }
+            for (size_t i = 0; i < settings.size(); ++i) {
+                flights[i].push_back(std::move((*flown)[i]));
+            }
+        }
+        std::optional<Truth> truth; // drawn when the first setting needs it
+        for (size_t i = 0; i < settings.size(); ++i) {
+            auto errors = measureErrors(settings[i], views, truth);
+            if (!errors) {
+                return Unexpected{errors.error()};
+            }
+            done.push_back(withTimes(*errors, flights[i]));
+        }
+        if (!truth) {
+            _steps.skipTruth();
+        }
+        return {};
+    }
+
+    Steps& steps() { return _steps; }
+    LogSink& log() { return _log; }
+
+private:
+    Result<std::vector<Json>> time(const std::vector<Setting>& settings, const std::vector<ViewState>& views,
+                                   unsigned pass)
+    {
+        // The settings of a pass are timed together or not at all.
+        Json key = _key;
+        for (const Setting& setting : settings) {
+            key["settings"].push_back(setting.name());
+        }
+        const std::string part =
+            fmt::format("{}/pass-{}x{}-{}.json", _parts, views.front().widthPx, views.front().heightPx, pass);
+        if (auto kept = keptFrom(part, key)) {
+            _steps.skipPass(settings.size());
+            return kept->get<std::vector<Json>>();
+        }
+        auto flown =
+            timePass(_context, _options.scene, settings, views, pass, _log, _steps.pass(settings.size()));
+        return flown ? keep(part, std::move(key), *std::move(flown)) : flown;
+    }
+
+    Result<Json> measureErrors(const Setting& setting, const std::vector<ViewState>& views,
+                               std::optional<Truth>& truth)
+    {
+        const std::string part = _parts + '/' + setting.name() + ".json";
+        if (auto kept = keptFrom(part, _key)) {
+            _steps.skipSetting();
+            return *std::move(kept);
+        }
+        if (!truth) {
+            auto made = Truth::create(
+                _context, rendererSettings(_options.scene, setting, _dataset.info().hasHoles),
+                _options.scene.shading, _terrain, views, _options.measure.pictureEvery, _steps.truth());
+            if (!made) {
+                return Unexpected{made.error()};
+            }
+            truth.emplace(*std::move(made));
+        }
+        MeasureOptions measure = _options.measure;
+        measure.pictureDir = _parts;
+        auto measured = measureSetting(_context, _options.scene, setting, measure, *truth, _meter, _log,
+                                       _steps.setting());
+        return measured ? keep(part, _key, *std::move(measured)) : measured;
+    }
+
+    std::optional<Json> keptFrom(const std::string& part, const Json& key) const
+    {
+        if (!_options.resume) {
+            return std::nullopt;
+        }
+        auto read = readJson(part);
+        const bool isOfTheSame = read && read->contains("key") && (*read)["key"] == key;
+        return isOfTheSame ? std::optional<Json>((*read)["measured"]) : std::nullopt;
+    }
+
+    template <class Measured>
+    static Result<Measured> keep(const std::string& part, Json key, Measured measured)
+    {
+        auto written = app::writeFile(part, Json{{"key", std::move(key)}, {"measured", measured}}.dump());
+        return written ? Result<Measured>(std::move(measured)) : Unexpected{written.error()};
+    }
+
+    const ReportOptions& _options;
+    const gl::Context& _context;
+    const data::Dataset& _dataset;
+    const Path& _path;
+    std::string _parts;
+    Json _key;
+    PrintedLog _log;
+    FullTerrain _terrain;
+    SurfaceMeter _meter;
+    Steps _steps;
+};
+
+Result<void> writeReport(const Json& report, const std::string& directory, const std::string& pictureDir)
+{
+    auto page = htmlPage(report, pictureDir);
+    if (!page) {
+        return Unexpected{page.error()};
+    }
+    const std::pair<const char*, std::string> files[] = {{".json", report.dump(1) + '\n'},
+                                                         {".csv", csvOf(report["settings"])},
+                                                         {".md", reportMarkdown(report)},
+                                                         {".html", *std::move(page)}};
+    for (const auto& [suffix, text] : files) {
+        if (auto written = app::writeFile(directory + "/report" + suffix, text); !written) {
+            return written;
+        }
+    }
+    return {};
 }
 
 } // namespace
@@ -232,10 +359,6 @@ Result<Outcome> runReport(const ReportOptions& options)
     if (!context) {
         return Unexpected{context.error()};
     }
-    const std::vector<Setting> settings = settingsOf(options);
-    PrintedLog log;
-    FullTerrain terrain(*dataset);
-    SurfaceMeter meter(terrain, options.measure.blockPosts);
     Json json = headJson(options, *dataset, *path, context->info());
     if (!older.is_null()) { // before anything is measured: it must be of the same path
         json["settings"] = Json::array();
@@ -243,47 +366,11 @@ Result<Outcome> runReport(const ReportOptions& options)
             return Unexpected{comparable.error()};
         }
     }
-    const Json key = keyOf(options, *path, dataset->info());
-    Steps steps(options.quiet, options.sizes.size(), settings.size(), !options.scalingSizes.empty());
-    MeasureOptions measure = options.measure;
-    measure.pictureDir = parts;
+    Measuring measuring(options, *context, *dataset, *path, parts);
     Json done = Json::array();
     for (const auto& size : options.sizes) {
-        std::optional<Truth> truth; // drawn when the first setting needs it
-        for (const Setting& setting : settings) {
-            if (std::array{setting.widthPx, setting.heightPx} != size) {
-                continue;
-            }
-            const std::string part = parts + '/' + setting.name() + ".json";
-            if (options.resume) {
-                if (auto read = readJson(part); read && read->contains("key") && (*read)["key"] == key) {
-                    done.push_back((*read)["setting"]);
-                    steps.skipSetting();
-                    continue;
-                }
-            }
-            if (!truth) {
-                auto made = Truth::create(*context,
-                                          rendererSettings(options.scene, setting, dataset->info().hasHoles),
-                                          options.scene.shading, terrain, path->sized(size[0], size[1]),
-                                          measure.pictureEvery, steps.truth());
-                if (!made) {
-                    return Unexpected{made.error()};
-                }
-                truth.emplace(*std::move(made));
-            }
-            auto measured = measureSetting(*context, options.scene, setting, measure, *truth, meter, log,
-                                           steps.setting());
-            if (!measured) {
-                return Unexpected{measured.error()};
-            }
-            if (auto written = writeText(part, Json{{"key", key}, {"setting", *measured}}.dump()); !written) {
-                return Unexpected{written.error()};
-            }
-            done.push_back(*std::move(measured));
-        }
-        if (!truth) {
-            steps.skipTruth();
+        if (auto measured = measuring.measure(size, done); !measured) {
+            return Unexpected{measured.error()};
         }
     }
     json["settings"] = std::move(done);
@@ -296,8 +383,8 @@ Result<Outcome> runReport(const ReportOptions& options)
         json["motion"] = motionJson(view);
     }
     if (!options.scalingSizes.empty()) {
-        auto scaling =
-            scalingJson(*context, options.scene, {options.scalingSizes, parts}, log, steps.scaling());
+        auto scaling = scalingJson(*context, options.scene, {options.scalingSizes, parts}, measuring.log(),
+                                   measuring.steps().scaling());
         if (!scaling) {
             return Unexpected{scaling.error()};
         }
@@ -317,21 +404,7 @@ Result<Outcome> runReport(const ReportOptions& options)
                        {"frames_with_a_pop", outcome.pops},
                        {"crack_pixels", outcome.crackPixels},
                        {"frames_over_budget", outcome.overBudget}};
-    const std::string base = options.directory + "/report";
-    if (auto written = writeText(base + ".json", json.dump(1) + '\n'); !written) {
-        return Unexpected{written.error()};
-    }
-    if (auto written = writeCsvFile(base + ".csv", json["settings"]); !written) {
-        return Unexpected{written.error()};
-    }
-    if (auto written = writeText(base + ".md", reportMarkdown(json)); !written) {
-        return Unexpected{written.error()};
-    }
-    auto page = htmlPage(json, parts);
-    if (!page) {
-        return Unexpected{page.error()};
-    }
-    if (auto written = writeText(base + ".html", *page); !written) {
+    if (auto written = writeReport(json, options.directory, parts); !written) {
         return Unexpected{written.error()};
     }
     return outcome;

@@ -21,6 +21,8 @@ struct ReportOptions {
     std::vector<uint32_t> budgets{4'000, 8'000, 14'000, 24'000, 48'000};
     std::vector<std::array<int, 2>> sizes{{1280, 720}};
     std::vector<std::string> morph{"on"}; // "on", "off"
+    std::vector<Setting> also;            // in each size, beside methods x budgets x morph
+    unsigned passes = 5;                  // in which the settings are timed in turn
     double frameTimeMs = 1000.0 / 60;     // the line in the plots
     std::string directory;                // made if it is not there
     std::string compareWith;              // an older report.json, or empty

@@ -2,6 +2,7 @@
 #include "tools/report/statistics.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -27,6 +28,14 @@ double slope(const std::vector<double>& x, const std::vector<double>& y)
         squares += (x[i] - meanX) * (x[i] - meanX);
     }
     return squares > 0 ? products / squares : 0;
+}
+
+// Two-sided 95 % quantile of Student's t.
+double studentT(size_t degreesOfFreedom)
+{
+    constexpr std::array kQuantiles{12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
+                                    2.201,  2.179, 2.160, 2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086};
+    return kQuantiles[std::min(degreesOfFreedom, kQuantiles.size()) - 1]; // beyond: on the safe side
 }
 
 } // namespace
@@ -61,41 +70,54 @@ Slope slopeOf(std::span<const double> x, std::span<const double> y)
     return {slope(logX, logY), slope({x.begin(), x.end()}, {y.begin(), y.end()})};
 }
 
+double medianOf(std::vector<double> values)
+{
+    if (values.empty()) {
+        return 0;
+    }
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return values.size() % 2 == 1 ? *middle : 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+Ratio ratioOf(std::span<const double> logs)
+{
+    if (logs.empty()) {
+        return {};
+    }
+    const auto count = static_cast<double>(logs.size());
+    const double mean = std::accumulate(logs.begin(), logs.end(), 0.0) / count;
+    if (logs.size() < 2) {
+        return {std::exp(mean), 0, std::numeric_limits<double>::infinity(), 1};
+    }
+    double squares = 0;
+    for (const double log : logs) {
+        squares += (log - mean) * (log - mean);
+    }
+    const double half = studentT(logs.size() - 1) * std::sqrt(squares / (count - 1) / count);
+    return {std::exp(mean), std::exp(mean - half), std::exp(mean + half), logs.size()};
+}
+
 Ratio pairedRatio(std::span<const double> before, std::span<const double> now)
 {
     constexpr size_t kBatches = 20;
-    constexpr double kStudent = 2.093; // two-sided 95 %, 19 degrees of freedom
     std::vector<double> logs;
     for (size_t i = 0; i < std::min(before.size(), now.size()); ++i) {
-        const double ratio = now[i] / before[i];
         if (before[i] > 0 && now[i] > 0 && std::isfinite(before[i]) && std::isfinite(now[i])) {
-            logs.push_back(std::log(ratio));
+            logs.push_back(std::log(now[i] / before[i]));
         }
     }
-    Ratio result;
+    const size_t batches = logs.size() < kBatches ? std::min<size_t>(logs.size(), 1) : kBatches;
+    std::vector<double> means;
+    for (size_t batch = 0; batch < batches; ++batch) {
+        const size_t first = batch * logs.size() / batches;
+        const size_t last = (batch + 1) * logs.size() / batches;
+        means.push_back(std::accumulate(logs.begin() + static_cast<std::ptrdiff_t>(first),
+                                        logs.begin() + static_cast<std::ptrdiff_t>(last), 0.0) /
+                        static_cast<double>(last - first));
+    }
+    Ratio result = ratioOf(means);
     result.pairs = logs.size();
-    if (logs.empty()) {
-        return result;
-    }
-    const double mean = std::accumulate(logs.begin(), logs.end(), 0.0) / static_cast<double>(logs.size());
-    result.mean = std::exp(mean);
-    if (logs.size() < kBatches) {
-        result.low = 0;
-        result.high = std::numeric_limits<double>::infinity();
-        return result;
-    }
-    double squares = 0;
-    for (size_t batch = 0; batch < kBatches; ++batch) {
-        const size_t first = batch * logs.size() / kBatches;
-        const size_t last = (batch + 1) * logs.size() / kBatches;
-        const double sum = std::accumulate(logs.begin() + static_cast<std::ptrdiff_t>(first),
-                                           logs.begin() + static_cast<std::ptrdiff_t>(last), 0.0);
-        const double off = sum / static_cast<double>(last - first) - mean;
-        squares += off * off;
-    }
-    const double half = kStudent * std::sqrt(squares / (kBatches - 1) / kBatches);
-    result.low = std::exp(mean - half);
-    result.high = std::exp(mean + half);
     return result;
 }
 

@@ -23,16 +23,22 @@ struct Slope {
 };
 Slope slopeOf(std::span<const double> x, std::span<const double> y);
 
-// Geometric mean of now / before over pairs, with a 95 % confidence interval from the means of 20 runs of
-// consecutive pairs (Student's t on the means of the logarithms; neighbouring frames are alike, so that
-// single pairs would promise too much). Pairs with a value that is not positive and finite are left out. With
-// fewer than 20 pairs the interval is the whole line.
-inline constexpr const char* kRatioMethod =
-    "geometric mean of the frames' ratios; 95 % by Student's t over the means of 20 runs of frames";
+double medianOf(std::vector<double> values); // mean of the middle two; 0 for none
+
 struct Ratio {
-    double mean = 1, low = 1, high = 1;
+    double mean = 1, low = 1, high = 1; // 95 % between low and high
     size_t pairs = 0;
 };
+
+// Geometric mean of what was found independently several times, given as logarithms, with a 95 % confidence
+// interval by Student's t. With fewer than two the interval is all that is positive.
+Ratio ratioOf(std::span<const double> logs);
+
+// Geometric mean of now / before over pairs, with the interval of the means of 20 runs of consecutive pairs
+// (neighbouring frames are alike, so that single pairs would promise too much). Pairs with a value that is
+// not positive and finite are left out. With fewer than 20 pairs the interval is all that is positive.
+inline constexpr const char* kRatioMethod =
+    "geometric mean of the frames' ratios; 95 % by Student's t over the means of 20 runs of frames";
 Ratio pairedRatio(std::span<const double> before, std::span<const double> now);
 
 } // namespace report
