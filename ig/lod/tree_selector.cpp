@@ -37,6 +37,10 @@ constexpr double kFarShare = 0.85; // below it, larger steps
 constexpr double kJumpShare = 0.5;
 constexpr double kSettledShare = 0.9;
 constexpr int kTrials = 32;
+// Trials that come down to the budget by its share; from there on each goes twice as far as the one before. A
+// very narrow lens starts at a reach that is a million times too large, and what lies in view may then thin
+// out slowly.
+constexpr int kGentleTrials = 3;
 // Finer is nothing: a thousandth of a pixel.
 constexpr double kFinestPx = 1e-3;
 // A box that grows by one on every side has corners that move by no more than this.
@@ -160,14 +164,16 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
     double fails = std::numeric_limits<double>::infinity();
     bool settles = motion.jumped;
     double turnRad = motion.turnRad;
+    double shrink = 1.0;
     for (int trial = 0; trial < kTrials; ++trial) {
         const uint32_t triangles = refine(view, reach, turnRad, out);
         turnRad = 0.0; // the tree has followed
         settles = settles || triangles < kJumpShare * budget;
         if (triangles > budget) {
             fails = reach;
-            reach = fits > 0.0 ? std::sqrt(fits * fails)
-                               : fails * std::clamp(kFittingShare * budget / triangles, 0.3, 0.997);
+            const double share = std::clamp(kFittingShare * budget / triangles, 0.3, 0.997);
+            shrink = trial < kGentleTrials ? share : std::min(share, shrink * shrink);
+            reach = fits > 0.0 ? std::sqrt(fits * fails) : fails * shrink;
             continue;
         }
         fits = reach;
@@ -426,9 +432,9 @@ void TreeSelector::finish(const ViewState& view, DrawList& out)
     out.morph = {static_cast<float>(_reach), static_cast<float>(std::min(_cutM, 1e30))};
     out.stats.triangles = static_cast<uint32_t>(out.indices.size() / 3);
     assert(out.stats.triangles <= _budget);
-    const double nearM = shortestDistanceM(view);
-    const double tauPx =
-        _reach > 0.0 ? _alpha / _reach : _alpha * _graph[_graph.root()].largestErrorM / nearM;
+    const PageGraph::Slot& root = _graph[_graph.root()];
+    const double nearestM = std::max(shortestDistanceM(view), distanceM(root.box, view));
+    const double tauPx = _reach > 0.0 ? _alpha / _reach : _alpha * root.largestErrorM / nearestM;
     out.stats.tauPx = static_cast<float>(std::min(tauPx, 1e30));
     StageClock clock;
     out.stats.errorPx = pictureBoundPx(view, cutPx(view, std::max(tauPx, _missingPx)));
