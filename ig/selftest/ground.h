@@ -84,6 +84,11 @@ struct Look {
     double nearM = 0.5;
 };
 ViewState viewOf(const Ground& ground, const Look& look);
+// The view with its eye elsewhere, a point in its middle, north up.
+ViewState turnedTo(ViewState view, const glm::dvec3& eye, const glm::dvec3& point);
+// All of a ground: from the south, 30 degrees above it, far enough that every error has a bound there, and at
+// least so far.
+ViewState viewOfAll(const Ground& ground, double leastM = 1'000);
 ViewState viewOf(const EcefPos& eye, const glm::dmat3& ecefFromBody, const Look& look);
 
 } // namespace ig::selftest
