@@ -39,7 +39,12 @@ Result<Ground> Ground::make(const GroundPlan& plan, const std::string& folder)
     if (!dataset) {
         return Unexpected{dataset.error()};
     }
-    Ground ground(*std::move(dataset));
+    return of(*std::move(dataset));
+}
+
+Result<Ground> Ground::of(data::Dataset dataset)
+{
+    Ground ground(std::move(dataset));
     const lod::TerrainShape& shape = ground.shape();
     ground._size = lod::kPageIntervals << shape.deepestPage;
     const size_t posts = static_cast<size_t>(ground._size + 1) * static_cast<size_t>(ground._size + 1);

@@ -32,6 +32,8 @@ class Ground {
 public:
     // Compiles through a file in folder, which is removed again. Errors: of the compiler, of the dataset.
     static Result<Ground> make(const GroundPlan& plan, const std::string& folder);
+    // All of a dataset. Errors: of its pages.
+    static Result<Ground> of(data::Dataset dataset);
 
     const data::DatasetInfo& info() const noexcept { return _dataset.info(); }
     const lod::TerrainShape& shape() const noexcept { return _dataset.info().shape; }
