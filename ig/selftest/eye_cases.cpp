@@ -67,7 +67,7 @@ std::vector<Case> casesOver(const Ground& ground)
     far.eyeFromEcef =
         eyeFromEcefOfView(glm::dmat3(glm::dvec3(-1, 0, 0), glm::dvec3(0, -1, 0), glm::dvec3(0, 0, 1)));
     cases.push_back({"at 1e9 m", far});
-    // A picture less than an inch wide, with a post in its middle.
+    // A picture some centimetres of ground wide, with a far post in its middle.
     cases.push_back(
         {"field of view of 0.001 degrees",
          withLens(turnedTo(ordinary, ordinary.eye.m, ground.position(185, 5)), 0.001, 0.001, 640, 640)});
