@@ -6,21 +6,6 @@
 
 namespace test {
 
-// Weight at which the vertex (col, row of the tile, 0 .. 16) is drawn, as the vertex shader finds it.
-inline float weightOf(const ig::lod::DrawItem& item, int col, int row)
-{
-    if (col % 2 == 0 && row % 2 == 0) {
-        return 1.0F;
-    }
-    if (col == 0 || col == ig::lod::kTileIntervals) {
-        return item.sideWeight[col == 0 ? 3 : 1];
-    }
-    if (row == 0 || row == ig::lod::kTileIntervals) {
-        return item.sideWeight[row == 0 ? 0 : 2];
-    }
-    return item.weight;
-}
-
 struct Vertex {
     Post post; // of the full grid
     float weight;
@@ -43,8 +28,8 @@ void forTriangles(const Terrain& terrain, const ig::lod::DrawList& list, F&& f)
                 const int post = corner + local;
                 vertices[k] = {{(static_cast<int>(page.x) * 64 + post % ig::lod::kPagePosts) * step,
                                 (static_cast<int>(page.y) * 64 + post / ig::lod::kPagePosts) * step},
-                               weightOf(item, local % ig::lod::kPagePosts / item.stride,
-                                        local / ig::lod::kPagePosts / item.stride)};
+                               ig::selftest::tileWeight(item, local % ig::lod::kPagePosts / item.stride,
+                                                        local / ig::lod::kPagePosts / item.stride)};
             }
             f(item, vertices);
         }

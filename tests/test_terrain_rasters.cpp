@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // From rasters to datasets, through GDAL and through the program.
+#include "flown_ground.h"
 #include "process.h"
+#include "real_ground.h"
 #include "temp_dir.h"
 #include "terrain_files.h"
 #include "tools/terrain/gdal_session.h"
@@ -540,6 +542,39 @@ TEST_CASE("the world closes and a picture of heights is placed by hand, with rea
         CHECK(dataset.info().maxHeightM == Approx(4379.8).margin(40));
         CHECK(dataset.info().minHeightM == 0);
     }
+}
+
+TEST_CASE("the whole Earth's raster is flown over")
+{
+    const std::string world = shared("etopo20_global_1080x540.tif");
+    if (world.empty())
+        return;
+    const test::TempDir dir;
+    const auto ground = selftest::Ground::of(built(of({world}), dir));
+    REQUIRE(ground);
+    for (const lod::Method method : {lod::Method::hybrid, lod::Method::bintree, lod::Method::geomip})
+        test::flyOver(*ground, method, 14);
+}
+
+TEST_CASE("the Moon's raster is flown over")
+{
+    // Cut out of the Apennine front at 27 N 5 E.
+    constexpr int kPosts = 257;
+    const auto heights = test::samplesOf({"moon_apennines_2049.tif", 1000, 700, kPosts, kPosts});
+    if (heights.empty())
+        return;
+    selftest::GroundPlan plan{"Moon", kPosts, kPosts, {}, [&](uint32_t c, uint32_t r) {
+                                  return static_cast<double>(heights[size_t{r} * kPosts + c]);
+                              }};
+    plan.place.ellipsoid = {1'737'400.0, 0.0};
+    plan.place.northDeg = 27.3;
+    plan.place.westDeg = 4.9;
+    plan.place.latitudeStepDeg = plan.place.longitudeStepDeg = 1.0 / 256;
+    const test::TempDir dir;
+    const auto ground = selftest::Ground::make(plan, dir.path());
+    REQUIRE(ground);
+    for (const lod::Method method : {lod::Method::hybrid, lod::Method::bintree, lod::Method::geomip})
+        test::flyOver(*ground, method, 60);
 }
 
 namespace {

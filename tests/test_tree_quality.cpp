@@ -2,8 +2,11 @@
 // How good the meshes of the bin-tree are in flight: how tight the bound of their error, that nothing pops,
 // how many triangles more than the fewest, and that any budget and tolerance will do. Over made-up ground,
 // the extremes of it, and real ground where its data is there.
+#include "flown_ground.h"
+#include "land_grid.h"
 #include "lod_measure.h"
 #include "real_ground.h"
+#include "temp_dir.h"
 
 #include <catch2/catch.hpp>
 
@@ -383,4 +386,48 @@ TEST_CASE("any budget from two triangles to a million, and any tolerance from no
             }
         }
     }
+}
+
+namespace {
+
+// A square of 257 posts as the compiler makes it.
+void flyOverLand(const std::string& name, double heightScaleM,
+                 const std::function<double(uint32_t col, uint32_t row)>& heightM)
+{
+    terrain::GridPlace place = test::landGrid(57.5, -5.0);
+    place.heightScaleM = heightScaleM;
+    const test::TempDir dir;
+    const auto ground = selftest::Ground::make({name, 257, 257, place, heightM}, dir.path());
+    REQUIRE(ground);
+    REQUIRE(ground->info().hasHoles);
+    INFO(name);
+    for (const Method method : {Method::bintree, Method::hybrid}) {
+        test::flyOver(*ground, method, 216);
+    }
+}
+
+} // namespace
+
+TEST_CASE("through whole flights over void holes no frame cracks, or breaks its budget or its bound")
+{
+    flyOverLand("hills with holes", 0.1, [](uint32_t c, uint32_t r) {
+        const bool isVoid = (c / 9 * 5 + r / 13 * 3) % 17 == 0;
+        return isVoid ? std::nan("")
+                      : 400 + 300 * std::sin(c * 0.07) * std::cos(r * 0.05) + 60 * std::sin(c * 0.5);
+    });
+}
+
+TEST_CASE("nor over real ground with its voids")
+{
+    constexpr int kPosts = 257;
+    constexpr int16_t kVoid = -32'768;
+    // Around the summit, where the voids are.
+    const auto heights = test::samplesOf({"srtm3_rainier_513.tif", 128, 128, kPosts, kPosts});
+    if (heights.empty()) {
+        return;
+    }
+    flyOverLand("Mount Rainier", 1.0, [&](uint32_t c, uint32_t r) {
+        const int16_t height = heights[size_t{r} * kPosts + c];
+        return height == kVoid ? std::nan("") : static_cast<double>(height);
+    });
 }

@@ -25,6 +25,8 @@ struct DrawItem {
     // StitchSide. Two tiles of a level agree on the side between them.
     float weight = 1;
     std::array<float, 4> sideWeight{1, 1, 1, 1};
+
+    friend bool operator==(const DrawItem&, const DrawItem&) = default;
 };
 
 // Triangles of one page that its own index list makes: indices [first, first + count) of DrawList::indices,

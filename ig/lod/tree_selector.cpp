@@ -444,9 +444,9 @@ void TreeSelector::finish(const ViewState& view, DrawList& out)
     out.morph = {static_cast<float>(_reach), static_cast<float>(std::min(_cutM, 1e30))};
     out.stats.triangles = static_cast<uint32_t>(out.indices.size() / 3);
     assert(out.stats.triangles <= _budget);
-    const double nearM = shortestDistanceM(view);
-    const double tauPx =
-        _reach > 0.0 ? _alpha / _reach : _alpha * _graph[_graph.root()].largestErrorM / nearM;
+    const PageGraph::Slot& root = _graph[_graph.root()];
+    const double nearestM = std::max(shortestDistanceM(view), distanceM(root.box, view));
+    const double tauPx = _reach > 0.0 ? _alpha / _reach : _alpha * root.largestErrorM / nearestM;
     out.stats.tauPx = static_cast<float>(std::min(tauPx, 1e30));
     StageClock clock;
     out.stats.errorPx = pictureBoundPx(view, cutPx(view, std::max(tauPx, _missingPx)));

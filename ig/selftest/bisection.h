@@ -56,6 +56,21 @@ inline double morphWeight(const lod::MorphState& morph, uint8_t errorCode, uint8
     return std::clamp(std::min(far, cut), 0.0, 1.0);
 }
 
+// Weight of a tile's vertex (col, row of the tile, 0 .. kTileIntervals) as the vertex shader finds it.
+inline float tileWeight(const lod::DrawItem& item, int col, int row)
+{
+    if (col % 2 == 0 && row % 2 == 0) {
+        return 1.0F;
+    }
+    if (col == 0 || col == lod::kTileIntervals) {
+        return item.sideWeight[col == 0 ? 3 : 1];
+    }
+    if (row == 0 || row == lod::kTileIntervals) {
+        return item.sideWeight[row == 0 ? 0 : 2];
+    }
+    return item.weight;
+}
+
 // Whether a triangle of the grid, corners as drawn with north up, covers a cell: by a point of the cell that
 // no edge of a bisection meets.
 inline bool coversCell(const std::array<Post, 3>& t, int col, int row)

@@ -3,6 +3,8 @@
 
 #include "ig/data/hierarchy.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -50,7 +52,12 @@ Result<Ground> Ground::make(const GroundPlan& plan, const std::string& folder)
     if (!dataset) {
         return Unexpected{dataset.error()};
     }
-    Ground ground(*std::move(dataset));
+    return of(*std::move(dataset));
+}
+
+Result<Ground> Ground::of(data::Dataset dataset)
+{
+    Ground ground(std::move(dataset));
     const lod::TerrainShape& shape = ground.shape();
     ground._size = lod::kPageIntervals << shape.deepestPage;
     const size_t posts = static_cast<size_t>(ground._size + 1) * static_cast<size_t>(ground._size + 1);
@@ -178,6 +185,30 @@ ViewState viewOf(const Ground& ground, const Look& look)
                        shape.westRad + shape.longitudeStepRad * look.col, look.heightM};
     return viewOf(toEcef(eye, shape.ellipsoid),
                   ecefFromNed(eye.latitudeRad, eye.longitudeRad) * parentFromChild(look.attitude), look);
+}
+
+ViewState turnedTo(ViewState view, const glm::dvec3& eye, const glm::dvec3& point)
+{
+    view.eye.m = eye;
+    const glm::dvec3 forward = glm::normalize(point - eye);
+    const glm::dvec3 right = glm::normalize(glm::cross(forward, glm::dvec3(0, 0, 1)));
+    view.eyeFromEcef = eyeFromEcefOfView(glm::dmat3(forward, right, glm::cross(forward, right)));
+    return view;
+}
+
+ViewState viewOfAll(const Ground& ground, double leastM)
+{
+    // Stored errors are up to some times the largest difference of heights.
+    const double reliefM = ground.largestHeightM() - ground.info().minHeightM;
+    const double distanceM = std::max({60 * reliefM, 6 * ground.extentM(), leastM});
+    const int col = ground.cols() / 2;
+    const int row = ground.rows() / 2;
+    const glm::dvec3 middle = ground.position(col, row);
+    const double latitudeRad = ground.shape().northRad - ground.shape().latitudeStepRad * row;
+    const double longitudeRad = ground.shape().westRad + ground.shape().longitudeStepRad * col;
+    const glm::dmat3 ned = ecefFromNed(latitudeRad, longitudeRad);
+    const glm::dvec3 towardsEye = -(std::cos(kPi / 6) * ned[0] + std::sin(kPi / 6) * ned[2]);
+    return turnedTo(viewOf(ground, {}), middle + distanceM * towardsEye, middle);
 }
 
 } // namespace ig::selftest

@@ -14,6 +14,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <array>
 #include <vector>
 
 namespace ig::selftest {
@@ -26,6 +27,7 @@ struct GroundPlan {
 };
 
 const char* nameOf(lod::Method method) noexcept;
+constexpr std::array kMethods{lod::Method::hybrid, lod::Method::bintree, lod::Method::geomip};
 
 // Posts 50 m apart in both directions, the grid's middle at a place in degrees; heights to 0.1 m.
 terrain::GridPlace placeAround(double latitudeDeg, double longitudeDeg, uint32_t cols, uint32_t rows);
@@ -34,6 +36,8 @@ class Ground {
 public:
     // Compiles through a file in folder, which is removed again. Errors: of the compiler, of the dataset.
     static Result<Ground> make(const GroundPlan& plan, const std::string& folder);
+    // All of a dataset. Errors: of its pages.
+    static Result<Ground> of(data::Dataset dataset);
 
     const data::DatasetInfo& info() const noexcept { return _dataset.info(); }
     const lod::TerrainShape& shape() const noexcept { return _dataset.info().shape; }
@@ -86,6 +90,11 @@ struct Look {
     double nearM = 0.5;
 };
 ViewState viewOf(const Ground& ground, const Look& look);
+// The view with its eye elsewhere, a point in its middle, north up.
+ViewState turnedTo(ViewState view, const glm::dvec3& eye, const glm::dvec3& point);
+// All of a ground: from the south, 30 degrees above it, far enough that every error has a bound there, and at
+// least so far.
+ViewState viewOfAll(const Ground& ground, double leastM = 1'000);
 ViewState viewOf(const EcefPos& eye, const glm::dmat3& ecefFromBody, const Look& look);
 
 } // namespace ig::selftest
