@@ -11,7 +11,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 names=()
 
-build() { # NAME PRESET [-DOPTION=...]: keeps the program under the name
+build() { # NAME PRESET [-DOPTION=...], on top of the preset: keeps the program under the name
   local name=$1 preset=$2
   shift 2
   cmake --preset "$preset" -DEYEPOINT_TESTS=OFF "$@" >/dev/null
