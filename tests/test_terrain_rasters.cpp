@@ -468,7 +468,7 @@ TEST_CASE("what holds no heights is refused in one line, and nothing is left beh
     CHECK_THAT(refusal("text.tif", output), Catch::EndsWith("; give one that gdalinfo opens"));
     CHECK_THAT(refusal("missing.tif", output), Catch::EndsWith("No such file or directory; check the path"));
     CHECK_THAT(refusal("whole.tif", dir.file("nowhere/out.ept")),
-               Catch::EndsWith("nowhere: No such file or directory; check the path"));
+               Catch::EndsWith("No such file or directory; check the path"));
 }
 
 TEST_CASE("the same tile as GeoTIFF and as zipped SRTM height file gives the same dataset")
