@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "config/settings.h"
 
+#include "ig/base/system_error.h"
+
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -559,7 +561,7 @@ Result<Settings> load(const std::string& path)
     }
     std::ifstream text(path, std::ios::binary);
     if (!text) {
-        return fail(ErrorKind::usage, path + ": cannot open: " + std::strerror(errno));
+        return fail(ErrorKind::usage, path + ": cannot open: " + ig::systemError(errno));
     }
     try {
         const toml::table file = toml::parse(text, path);

@@ -2,6 +2,7 @@
 #include "hostif/recorder.h"
 
 #include "hostif/udp_capture.h"
+#include "ig/base/system_error.h"
 #include "ig/base/thread_signals.h"
 
 #include <fcntl.h>
@@ -33,9 +34,9 @@ int64_t offsetNowNs()
 
 ig::Error failure(ig::ErrorKind kind, const std::string& path)
 {
-    const char* why = errno == ENXIO    ? "nobody reads this FIFO: start its reader first"
-                      : errno == EAGAIN ? "its reader does not read"
-                                        : std::strerror(errno);
+    const std::string why = errno == ENXIO    ? "nobody reads this FIFO: start its reader first"
+                            : errno == EAGAIN ? "its reader does not read"
+                                              : ig::systemError(errno);
     return {kind, "cannot write recording " + path + ": " + why};
 }
 

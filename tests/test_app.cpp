@@ -8,6 +8,7 @@
 #include "ig/app/host_link.h"
 #include "ig/app/output_files.h"
 #include "ig/app/run_statistics.h"
+#include "ig/app/settings_arguments.h"
 #include "ig/app/steady_clock.h"
 #include "ig/app/terrain_view.h"
 #include "ig/base/histogram.h"
@@ -1035,6 +1036,29 @@ TEST_CASE("what is read or already written is not written over, however it is sp
     CHECK_FALSE(apart({{"-", "output.sinks"}, {"-", "output.receipts"}}));
     CHECK(apart({{dir.file("a"), "--record"}, {dir.file("b"), "--stats"}, {"", "x"}, {"", "y"}, {"-", "z"}}));
     CHECK(apart({{"/dev/null", "--record"}, {"/dev/null", "--stats"}}));
+}
+
+TEST_CASE("where JSON or statistics cannot be stored is said before anything is measured or flown")
+{
+    const test::TempDir dir;
+    app::SettingsArguments arguments;
+    arguments.withTerrain = false;
+    CHECK(app::settingsOf(arguments));
+    const auto refusal = [&](std::string app::SettingsArguments::*file, const std::string& path) {
+        app::SettingsArguments changed = arguments;
+        changed.*file = path;
+        const auto settings = app::settingsOf(changed);
+        REQUIRE_FALSE(settings);
+        CHECK(settings.error().kind == ErrorKind::usage);
+        return settings.error().message;
+    };
+    using Arguments = app::SettingsArguments;
+    for (const auto file : {&Arguments::json, &Arguments::stats}) {
+        CHECK_THAT(refusal(file, dir.file("nowhere/x.json")),
+                   Catch::Contains("nowhere/x.json") && Catch::EndsWith("; check the path"));
+    }
+    arguments.terrain = dir.file("world.ept");
+    CHECK_THAT(refusal(&Arguments::json, arguments.terrain), Catch::Contains("--json"));
 }
 
 TEST_CASE("a run writes its statistics, recording, receipts and streams to files")

@@ -45,7 +45,8 @@ TEST_CASE("a directory is no configuration, and a missing file is named with the
     const auto missing = config::load("/no/such/file.toml");
     REQUIRE_FALSE(missing);
     CHECK(missing.error().kind == ig::ErrorKind::usage);
-    CHECK_THAT(missing.error().message, Catch::Contains("/no/such/file.toml: cannot open: No such file"));
+    CHECK_THAT(missing.error().message,
+               Catch::Contains("/no/such/file.toml: cannot open: No such file or directory; check the path"));
 }
 
 TEST_CASE("the shipped file lists every key, with the built-in default as its value")

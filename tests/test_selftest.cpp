@@ -308,6 +308,34 @@ TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and wh
     }
 }
 
+TEST_CASE("the run and its view with the highest rate have missed the same slots, to the newest frame")
+{
+    if (!hasDriver()) {
+        return;
+    }
+    const test::TempDir dir;
+    Silent log;
+    config::Settings settings = smallPicture(makeDataset(dir, "whole", hills));
+    settings.host.listen.clear();
+    for (const bool several : {false, true}) {
+        if (several) {
+            settings.views.resize(2);
+            settings.views[1].id = 1;
+            settings.views[1].rateHz = settings.view.rateHz / 2;
+        }
+        auto made = ig::app::ImageGenerator::create(settings, log);
+        INFO((made ? "" : made.error().message));
+        REQUIRE(made);
+        int64_t timeNs = 1'000'000'000;
+        for (const uint64_t slot : {0, 1, 4, 5, 9}) {
+            (*made)->frame(timeNs += 16'666'667, slot);
+        }
+        const ig::app::RunSummary run = (*made)->finish(0.05);
+        CHECK(run.missedFrames == 5); // 2, 3, 6, 7, 8
+        CHECK(run.views.front().missedFrames == 5);
+    }
+}
+
 TEST_CASE("without a host the same pictures are drawn, and no port is opened")
 {
     if (!hasDriver()) {

@@ -459,6 +459,18 @@ TEST_CASE("what holds no heights is refused in one line, and nothing is left beh
         CHECK(done.error().message.find('\n') == std::string::npos);
     }
     CHECK(std::distance(std::filesystem::directory_iterator(dir.path()), {}) == before);
+
+    // What the system or GDAL refused is followed by what to do about it.
+    const auto refusal = [&](const std::string& name, const std::string& output) {
+        return build(of({dir.file(name)}), output).error().message;
+    };
+    const std::string output = dir.file("out.ept");
+    CHECK_THAT(refusal("cut.tif", output),
+               Catch::EndsWith("; the file is damaged or cut short, fetch it again"));
+    CHECK_THAT(refusal("text.tif", output), Catch::EndsWith("; give one that gdalinfo opens"));
+    CHECK_THAT(refusal("missing.tif", output), Catch::EndsWith("No such file or directory; check the path"));
+    CHECK_THAT(refusal("whole.tif", dir.file("nowhere/out.ept")),
+               Catch::EndsWith("No such file or directory; check the path"));
 }
 
 TEST_CASE("the same tile as GeoTIFF and as zipped SRTM height file gives the same dataset")

@@ -8,21 +8,15 @@
 # Environment: OUT (demo/ of the project), RATE (30 Hz), SECONDS_TO_FLY (10), SIZE (synthetic posts a side, 4097),
 # PORT (any free one), TERRAIN_OPTIONS (more options for eyepoint-terrain build, e.g. "--voids hole").
 set -euo pipefail
-caller=$PWD
+source "$(dirname "$0")/inputs.sh"
 cd "$(dirname "$0")/.."
 root=$PWD
-from_caller() { case $1 in /*) echo "$1" ;; *) echo "$caller/$1" ;; esac; }
 out=$(from_caller "${OUT:-$root/demo}")
 rate=${RATE:-30}
 seconds=${SECONDS_TO_FLY:-10}
 size=${SIZE:-4097}
 port=${PORT:-0}
-sources=()
-for source in "$@"; do
-  source=$(from_caller "$source")
-  [ -f "$source" ] || { echo "$source: no such file; expected a raster that GDAL reads" >&2; exit 2; }
-  sources+=("$source")
-done
+take_sources "$@"
 mkdir -p "$out"
 exec 9>"$out/.lock"
 flock -n 9 || { echo "another demo is writing to $out: wait for it, or give another OUT" >&2; exit 1; }

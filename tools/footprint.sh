@@ -6,11 +6,12 @@
 set -euo pipefail
 [ $# -eq 0 ] || terrain=$(realpath "$1")
 cd "$(dirname "$0")/.."
+tools/install_packages.sh >&2
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 names=()
 
-build() { # NAME PRESET [-DOPTION=...]: keeps the program under the name
+build() { # NAME PRESET [-DOPTION=...], on top of the preset: keeps the program under the name
   local name=$1 preset=$2
   shift 2
   cmake --preset "$preset" -DEYEPOINT_TESTS=OFF "$@" >/dev/null
@@ -20,11 +21,10 @@ build() { # NAME PRESET [-DOPTION=...]: keeps the program under the name
 }
 
 build default release
-bare=(-DEYEPOINT_PNG=OFF -DEYEPOINT_STREAM_SINKS=OFF -DEYEPOINT_GSTREAMER=OFF -DEYEPOINT_SELFTEST=ON)
-build "minimal and PNG" minimal "${bare[@]}" -DEYEPOINT_PNG=ON
-build "minimal and streams" minimal "${bare[@]}" -DEYEPOINT_STREAM_SINKS=ON
-build minimal minimal "${bare[@]}"
-build "minimal, no self-test" minimal "${bare[@]}" -DEYEPOINT_SELFTEST=OFF
+build "minimal and PNG" minimal -DEYEPOINT_PNG=ON
+build "minimal and streams" minimal -DEYEPOINT_STREAM_SINKS=ON
+build minimal minimal
+build "minimal, no self-test" minimal -DEYEPOINT_SELFTEST=OFF
 if [ -z "${terrain:-}" ]; then
   cmake --build --preset release --parallel "${JOBS:-$(nproc)}" --target eyepoint-terrain >"$work/log" || { cat "$work/log"; exit 1; } >&2
   build/release/bin/eyepoint-terrain synth -o "$work/land.tif" --size 1025 >/dev/null

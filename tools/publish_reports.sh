@@ -14,14 +14,11 @@
 # themselves are those of an otherwise idle machine or they are worth little. The load stands in the figures.
 # Ends with 1 where the engine broke a bound or a report could not be made.
 set -euo pipefail
+source "$(dirname "$0")/inputs.sh"
 cd "$(dirname "$0")/.."
-out=${OUT:-reports}
+out=$(from_caller "${OUT:-$PWD/reports}")
 size=${SIZE:-4097}
-sources=()
-for source in "$@"; do
-  [ -e "$source" ] || source=$OLDPWD/$source
-  sources+=("$source")
-done
+take_sources "$@"
 scotland=../shared/data/gb_scotland_8193_dm.vrt
 if [ ${#sources[@]} -eq 0 ] && [ -e "$scotland" ]; then
   sources=("$scotland")
@@ -49,18 +46,15 @@ report() { # NAME DATASET [more options]
 
 if [ ${#sources[@]} -gt 0 ]; then
   name=$(basename "${sources[0]}" | sed 's/\.[^.]*$//')
-  dataset=$out/$name.ept
-  if [[ ${sources[0]} == *.ept ]]; then
-    dataset=${sources[0]}
-  elif [ ! -f "$dataset" ]; then
+  dataset=${sources[0]}
+  if [[ $dataset != *.ept ]]; then
+    dataset=$out/$name.ept
     "$bin/eyepoint-terrain" build "${sources[@]}" -o "$dataset" >&2
   fi
   report "$name" "$dataset"
 fi
-if [ ! -f "$out/synthetic.ept" ]; then
-  "$bin/eyepoint-terrain" synth -o "$out/synthetic.tif" --size "$size" >&2
-  "$bin/eyepoint-terrain" build "$out/synthetic.tif" -o "$out/synthetic.ept" >&2
-  rm "$out/synthetic.tif"
-fi
+"$bin/eyepoint-terrain" synth -o "$out/synthetic.tif" --size "$size" >&2
+"$bin/eyepoint-terrain" build "$out/synthetic.tif" -o "$out/synthetic.ept" >&2
+rm "$out/synthetic.tif"
 report synthetic "$out/synthetic.ept" --scaling "${SCALING:-1025,2049,4097,8193}"
 exit "$failed"

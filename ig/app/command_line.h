@@ -13,6 +13,15 @@
 
 namespace ig::app {
 
+// The command line of a program whose options have defaults: --help shows them.
+class Program : public CLI::App {
+public:
+    Program(const std::string& description, const std::string& name) : CLI::App(description, name)
+    {
+        option_defaults()->always_capture_default();
+    }
+};
+
 // A number from least to most. CLI::Range lets NaN through.
 inline CLI::Validator within(double least, double most)
 {

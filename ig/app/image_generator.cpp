@@ -376,16 +376,26 @@ MetricsLabels ImageGenerator::metricsLabels() const
     return labels;
 }
 
-RunSummary ImageGenerator::finish(uint64_t missedFrames, double durationS)
+RunSummary ImageGenerator::finish(double durationS)
 {
     _host.finishRecording();
     for (const auto& channel : _channels) {
         channel->finish();
     }
-    return summary(missedFrames, durationS);
+    return summary(durationS);
 }
 
-RunSummary ImageGenerator::summary(uint64_t missedFrames, double durationS) const
+uint64_t ImageGenerator::missedFrames() const noexcept
+{
+    // That of a view with the highest rate, which has a turn in every slot; others miss less.
+    uint64_t most = 0;
+    for (const auto& channel : _channels) {
+        most = std::max(most, channel->missedFrames());
+    }
+    return most;
+}
+
+RunSummary ImageGenerator::summary(double durationS) const
 {
     RunSummary run;
     for (const auto& channel : _channels) {
@@ -398,7 +408,7 @@ RunSummary ImageGenerator::summary(uint64_t missedFrames, double durationS) cons
     }
     run.rateHz = _rateHz;
     run.durationS = durationS;
-    run.missedFrames = missedFrames;
+    run.missedFrames = missedFrames();
     run.residentPages = _terrain.residentPages();
     run.damagedPages = _terrain.damagedPages();
     run.pageSlots = _terrain.pageSlots();

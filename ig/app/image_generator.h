@@ -68,11 +68,13 @@ public:
     // left out stays out: the log says so where it would show.
     void apply(const config::Settings& settings);
 
-    // The state of the run so far. missedFrames (slots of the schedule) and durationS come from whoever kept
-    // the time.
-    RunSummary summary(uint64_t missedFrames, double durationS) const;
+    // Slots that no view had a frame in, up to the newest frame.
+    uint64_t missedFrames() const noexcept;
+
+    // The state of the run so far. durationS comes from whoever kept the time.
+    RunSummary summary(double durationS) const;
     // Finishes the sinks and sums up.
-    RunSummary finish(uint64_t missedFrames, double durationS);
+    RunSummary finish(double durationS);
 
     // Of all views together, a slot's frames as one; those of the view where there is only one.
     const RunStatistics& statistics() const noexcept

@@ -16,6 +16,8 @@
 
 #if defined(EYEPOINT_SELFTEST)
 #include "ig/selftest/selftest.h"
+#else
+#include "ig/base/left_out.h"
 #endif
 
 #include <cstdio>
@@ -28,7 +30,6 @@ struct Arguments : ig::app::SettingsArguments {
     bool checkConfig = false;
     bool explain = false;
     bool selfTest = false;
-    std::string json; // of --explain or --selftest; empty: the table on standard output
 };
 
 int fail(const ig::Error& error)
@@ -86,7 +87,7 @@ public:
     // Stores what is queued and the statistics.
     ig::Result<void> finish()
     {
-        const ig::app::RunSummary summary = _ig.finish(_schedule.missed(), durationS());
+        const ig::app::RunSummary summary = _ig.finish(durationS());
         _statisticsFile.finish();
         say(ig::LogLevel::info, "ended", {{"msg", drawn()}});
         _log.finish();
@@ -111,7 +112,7 @@ private:
     std::string drawn() const
     {
         return std::to_string(_ig.statistics().frames()) + " frames drawn, " +
-               std::to_string(_schedule.missed()) + " missed";
+               std::to_string(_ig.missedFrames()) + " missed";
     }
 
     void afterFrames(std::span<const ig::app::FrameStats> made)
@@ -182,7 +183,7 @@ private:
                  {"remedy", "set output.stats for all figures"}});
             return;
         }
-        const auto summary = _ig.summary(_schedule.missed(), durationS());
+        const auto summary = _ig.summary(durationS());
         if (!_statisticsFile.write(_settings.output.stats, _ig.statistics().json(summary))) {
             say(ig::LogLevel::warning, "statistics_busy",
                 {{"reason", "the last ones are still being written"}, {"remedy", "send SIGUSR1 later"}});
@@ -262,6 +263,11 @@ int selfTest(const Arguments& arguments, const config::Settings& settings)
     }
     return report.passes() ? 0 : ig::exitCode(ig::ErrorKind::failed);
 }
+#else
+int selfTest(const Arguments&, const config::Settings&)
+{
+    return fail(ig::leftOut("--selftest", "EYEPOINT_SELFTEST").error);
+}
 #endif
 
 } // namespace
@@ -288,13 +294,11 @@ int main(int argc, char** argv)
         app.add_flag("--explain", arguments.explain,
                      "say what this run uses and what it leaves out, measured on the first view, and end")
             ->excludes(checks);
-#if defined(EYEPOINT_SELFTEST)
     app.add_flag("--selftest", arguments.selfTest,
                  "measure the extreme cases on this machine, print them against their limits, and end: 0 "
                  "when all hold")
         ->excludes(checks)
         ->excludes(explains);
-#endif
     app.add_option("--json", arguments.json,
                    "of --explain or --selftest, as JSON to this file, - for standard output")
         ->check(ig::app::named());
@@ -320,11 +324,9 @@ int main(int argc, char** argv)
         return 0;
     }
     try {
-#if defined(EYEPOINT_SELFTEST)
         if (arguments.selfTest) {
             return selfTest(arguments, *settings);
         }
-#endif
         return arguments.explain ? explain(arguments, *settings) : run(*settings, arguments);
     } catch (const std::bad_alloc&) {
         return fail({ig::ErrorKind::failed,

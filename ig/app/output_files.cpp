@@ -2,6 +2,7 @@
 #include "ig/app/output_files.h"
 
 #include "ig/base/same_file.h"
+#include "ig/base/system_error.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -39,7 +40,7 @@ Result<void> writeStream(const std::string& path, std::string_view text)
     // Opened without waiting: a FIFO that nobody reads fails at once.
     const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK);
     if (file < 0) {
-        return cannotWrite(path, errno == ENXIO ? "nobody reads this FIFO" : std::strerror(errno));
+        return cannotWrite(path, errno == ENXIO ? "nobody reads this FIFO" : systemError(errno));
     }
     ::fcntl(file, F_SETFL, 0); // from here on its reader may take its time
     int failed = 0;
@@ -52,7 +53,7 @@ Result<void> writeStream(const std::string& path, std::string_view text)
         }
     }
     ::close(file);
-    return failed == 0 ? Result<void>() : cannotWrite(path, std::strerror(failed));
+    return failed == 0 ? Result<void>() : cannotWrite(path, systemError(failed));
 }
 
 Result<void> writeRegular(const std::string& path, const std::string& text)
@@ -72,11 +73,11 @@ Result<void> writeRegular(const std::string& path, const std::string& text)
         file << text;
         file.close();
         if (!file) {
-            return withdrawn(std::strerror(errno));
+            return withdrawn(systemError(errno));
         }
     }
     fs::rename(partial, target, error);
-    return error ? Result<void>(withdrawn(error.message())) : Result<void>();
+    return error ? Result<void>(withdrawn(systemError(error.value()))) : Result<void>();
 }
 
 // "y4m:F" and "raw:F" write a file; nothing for the other sinks.
@@ -102,7 +103,7 @@ Result<void> checkWritable(const NamedFile& file)
     }
     const fs::path directory = fs::absolute(file.path, error).parent_path();
     if (access(directory.c_str(), W_OK | X_OK) != 0) {
-        return refused(directory.string() + ": " + std::strerror(errno));
+        return refused(directory.string() + ": " + systemError(errno));
     }
     return {};
 }
@@ -151,7 +152,7 @@ Result<void> writeFile(const std::string& path, const std::string& text)
 {
     if (path == kStandardOutput) {
         const bool written = std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
-        return written ? Result<void>() : cannotWrite("standard output", std::strerror(errno));
+        return written ? Result<void>() : cannotWrite("standard output", systemError(errno));
     }
     return isStream(path) ? writeStream(path, text) : writeRegular(path, text);
 }

@@ -64,14 +64,17 @@ Result<config::Settings> settingsOf(const SettingsArguments& arguments)
     if (auto checked = config::check(settings); !checked && arguments.withTerrain) {
         return Unexpected{checked.error()};
     }
-    const std::vector<NamedFile> written = filesWritten(settings);
+    std::vector<NamedFile> written = filesWritten(settings);
+    written.push_back({arguments.json, "--json"});
     const NamedFile read[] = {{arguments.config, "--config"}, {settings.terrain.file, "terrain.file"}};
     if (auto apart = checkApart(read, written); !apart) {
         return Unexpected{apart.error()};
     }
-    if (auto writable = checkWritable(written.front());
-        !writable) { // the others are opened before the flight
-        return Unexpected{writable.error()};
+    for (const NamedFile& stored :
+         {written.front(), written.back()}) { // the others are opened before the flight
+        if (auto writable = checkWritable(stored); !writable) {
+            return Unexpected{writable.error()};
+        }
     }
     return settings;
 }

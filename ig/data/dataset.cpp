@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "ig/data/dataset.h"
 
+#include "ig/base/system_error.h"
 #include "ig/data/ept_format.h"
 #include "ig/data/hierarchy.h"
 #include "ig/data/page_codec.h"
@@ -116,8 +117,9 @@ Result<void> Dataset::Impl::readIndex(const EptHeader& header)
     std::vector<uint8_t> index(size_t{header.pageCount} * kIndexRecordBytes);
     const ssize_t got = file.read(header.indexOffset, index);
     if (got != static_cast<ssize_t>(index.size()))
-        return fail(ErrorKind::dataset, path + ": cannot read the index: " +
-                                            (got < 0 ? std::strerror(errno) : "the file is cut short"));
+        return fail(ErrorKind::dataset,
+                    path + ": cannot read the index: " +
+                        (got < 0 ? systemError(errno) : "the file is cut short; compile it again"));
     if (checksum(index) != info.checksum)
         return damaged("checksum");
 
@@ -157,11 +159,11 @@ Result<Dataset> Dataset::open(const std::string& path)
 {
     const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (descriptor < 0)
-        return fail(ErrorKind::dataset, path + ": cannot open: " + std::strerror(errno));
+        return fail(ErrorKind::dataset, path + ": cannot open: " + systemError(errno));
     auto impl = std::make_unique<Impl>(path, descriptor);
     struct stat status {};
     if (::fstat(descriptor, &status) != 0)
-        return fail(ErrorKind::dataset, path + ": cannot read: " + std::strerror(errno));
+        return fail(ErrorKind::dataset, path + ": cannot read: " + systemError(errno));
     if (!S_ISREG(status.st_mode))
         return fail(ErrorKind::dataset, path + ": not a file; give an .ept terrain dataset");
 
@@ -169,7 +171,7 @@ Result<Dataset> Dataset::open(const std::string& path)
     std::vector<uint8_t> head(std::min<uint64_t>(fileBytes, kMaxHeaderBytes));
     const ssize_t got = impl->file.read(0, head);
     if (got < 0)
-        return fail(ErrorKind::dataset, path + ": cannot read: " + std::strerror(errno));
+        return fail(ErrorKind::dataset, path + ": cannot read: " + systemError(errno));
     Result<EptHeader> header = decodeHeader(std::span(head).first(static_cast<size_t>(got)), fileBytes, path);
     if (!header)
         return Unexpected{header.error()};
@@ -297,7 +299,7 @@ Result<std::span<const uint8_t>> Dataset::Impl::readPayload(uint32_t page) const
     const ssize_t got = file.read(place.offset, payload);
     bytesRead.fetch_add(static_cast<uint64_t>(std::max<ssize_t>(got, 0)), std::memory_order_relaxed);
     if (got < 0)
-        return bad(page, std::string("cannot read: ") + std::strerror(errno));
+        return bad(page, std::string("cannot read: ") + systemError(errno));
     if (got != static_cast<ssize_t>(payload.size()))
         return bad(page, "the file is cut short");
     if (checksum(payload) != place.checksum)

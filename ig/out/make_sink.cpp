@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "ig/base/left_out.h"
 #include "ig/out/frame_sink.h"
 #include "ig/out/gst_writer.h"
 #include "ig/out/png_writer.h"
@@ -79,12 +80,6 @@ constexpr std::array<Kind, 5> kKinds{{{"png", "directory", kMakePng, "EYEPOINT_P
                                       {"gst", "pipeline", kMakeGst, "EYEPOINT_GSTREAMER"},
                                       {"shm", "name", makeShmRing, ""}}};
 
-Unexpected<Error> leftOut(std::string_view what, std::string_view option)
-{
-    return fail(ErrorKind::usage,
-                fmt::format("{}: left out of this build; configure it with -D{}=ON", what, option));
-}
-
 } // namespace
 
 Made makeSink(std::string_view description, const SinkFormat& format)
@@ -102,7 +97,7 @@ Made makeSink(std::string_view description, const SinkFormat& format)
                         "or null (FILE - is standard output)",
                         description));
     if (kind->make == nullptr)
-        return leftOut(fmt::format("sink {}", description), kind->option);
+        return leftOut(fmt::format("sink {}", description), std::string(kind->option));
     const std::string name(description.substr(colon + 1));
     if (name.empty())
         return fail(ErrorKind::usage,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "ig/out/png_writer.h"
 
+#include "ig/base/system_error.h"
 #include "ig/out/png_file.h"
 
 #include <fmt/format.h>
@@ -35,13 +36,13 @@ Result<std::unique_ptr<FrameWriter>> makePngWriter(const std::string& directory)
     std::error_code error;
     std::filesystem::create_directories(directory, error);
     if (!std::filesystem::is_directory(directory)) {
-        const std::string why = error ? error.message() : "a file of that name is in the way";
+        const std::string why = error ? systemError(error.value()) : "a file of that name is in the way";
         return fail(ErrorKind::usage,
                     fmt::format("sink png:{}: cannot make the directory: {}", directory, why));
     }
     if (access(directory.c_str(), W_OK | X_OK) != 0)
         return fail(ErrorKind::usage, fmt::format("sink png:{}: cannot write into the directory: {}",
-                                                  directory, std::strerror(errno)));
+                                                  directory, systemError(errno)));
     return std::unique_ptr<FrameWriter>(std::make_unique<PngWriter>(directory));
 }
 

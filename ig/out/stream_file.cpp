@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "ig/out/stream_file.h"
 
+#include "ig/base/system_error.h"
+
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
@@ -42,8 +44,8 @@ Result<std::unique_ptr<StreamFile>> StreamFile::open(const std::string& path, st
     // Non-blocking: a FIFO without a reader fails instead of waiting for one.
     const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
     if (descriptor < 0) {
-        const char* why =
-            errno == ENXIO ? "nobody reads this FIFO: start its reader first" : std::strerror(errno);
+        const std::string why =
+            errno == ENXIO ? "nobody reads this FIFO: start its reader first" : systemError(errno);
         return fail(ErrorKind::usage, fmt::format("{}: cannot create: {}", who, why));
     }
     return made(descriptor, true);
@@ -74,7 +76,7 @@ Result<void> StreamFile::store(const void* bytes, size_t size)
             pollfd ready{_descriptor, POLLOUT, 0};
             poll(&ready, 1, kPollMs);
         } else if (errno != EINTR) {
-            return failed(errno == EPIPE ? "the reader has gone" : std::strerror(errno));
+            return failed(errno == EPIPE ? "the reader has gone" : systemError(errno));
         }
     }
     return {};
@@ -83,11 +85,11 @@ Result<void> StreamFile::store(const void* bytes, size_t size)
 Result<void> StreamFile::close()
 {
     if (_owned && ::close(std::exchange(_descriptor, -1)) != 0)
-        return failed(std::strerror(errno));
+        return failed(systemError(errno));
     return {};
 }
 
-Unexpected<Error> StreamFile::failed(const char* why) const
+Unexpected<Error> StreamFile::failed(const std::string& why) const
 {
     return fail(ErrorKind::failed, fmt::format("{}: cannot write: {}", _who, why));
 }

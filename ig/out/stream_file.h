@@ -31,7 +31,7 @@ public:
 
 private:
     StreamFile(int descriptor, bool owned, std::string who);
-    Unexpected<Error> failed(const char* why) const;
+    Unexpected<Error> failed(const std::string& why) const;
 
     int _descriptor;
     const bool _owned;

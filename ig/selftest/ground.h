@@ -10,11 +10,11 @@
 #include "ig/lod/make_selector.h"
 #include "tools/terrain/compile.h"
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
-#include <array>
 #include <vector>
 
 namespace ig::selftest {

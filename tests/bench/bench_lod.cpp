@@ -311,7 +311,8 @@ Result<Json> run(const Options& options)
 int main(int argc, char** argv)
 {
     Options options;
-    CLI::App app{"Benchmarks of the level of detail alone; prints one JSON object.", "eyepoint-bench-lod"};
+    ig::app::Program app{"Benchmarks of the level of detail alone; prints one JSON object.",
+                         "eyepoint-bench-lod"};
     app.add_option("--terrain", options.terrain, "dataset to fly over")->required();
     app.add_option("--budget", options.budget, "triangles per frame")->check(ig::app::within(512, 1'000'000));
     app.add_option("--width", options.width, "pixels")->check(ig::app::within(1, 16'384));

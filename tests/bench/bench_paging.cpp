@@ -12,8 +12,8 @@
 #include "ig/app/steady_clock.h"
 #include "ig/app/terrain_view.h"
 #include "ig/geo/attitude.h"
-#include "ig/gl/driver_memory.h"
 #include "ig/gl/context.h"
+#include "ig/gl/driver_memory.h"
 #include "ig/gl/null_renderer.h"
 
 #include <fcntl.h>
@@ -280,7 +280,7 @@ Json flyApart(Mode mode, double speedMs, const Options& options)
 
 int main(int argc, char** argv)
 {
-    CLI::App app{
+    ig::app::Program app{
         "Flies terrain that is larger than memory from a cold disk cache and counts complete frames.",
         "eyepoint-bench-paging"};
     Options options;

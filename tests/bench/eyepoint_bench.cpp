@@ -604,7 +604,7 @@ Result<Json> run(const Options& options)
 int main(int argc, char** argv)
 {
     Options options;
-    CLI::App app{"Benchmarks of whole frames; prints one JSON object.", "eyepoint-bench"};
+    ig::app::Program app{"Benchmarks of whole frames; prints one JSON object.", "eyepoint-bench"};
     app.add_option("--terrain", options.terrain, "dataset to fly over")->required();
     app.add_option("--method", options.method, "of the level of detail")
         ->check(CLI::IsMember({"hybrid", "bintree", "geomip"}));

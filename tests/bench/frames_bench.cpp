@@ -536,7 +536,7 @@ Json soak(const Options& options, Flight& with, Flight& without, const std::atom
 int main(int argc, char** argv)
 {
     Options options;
-    CLI::App app{"Benchmarks the handing out of frames.", "eyepoint-frames-bench"};
+    ig::app::Program app{"Benchmarks the handing out of frames.", "eyepoint-frames-bench"};
     app.add_option("--terrain", options.terrain, "dataset, .ept; by default a synthetic one");
     app.add_option("--frames", options.frames, "frames of each cost")->check(ig::app::within(1, 1'000'000));
     app.add_option("--reads", options.reads, "reads of the search for torn ones");

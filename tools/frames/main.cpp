@@ -37,15 +37,19 @@ int fail(const ig::Error& error)
 
 int main(int argc, char** argv)
 {
-    CLI::App app{"Takes frames out of the ring of an image generator (its sink shm:NAME) and reports how.",
-                 "eyepoint-frames"};
+    ig::app::Program app{
+        "Takes frames out of the ring of an image generator (its sink shm:NAME) and reports how.",
+        "eyepoint-frames"};
     frames::Options options;
     app.add_option("NAME", options.ring, "name of the ring")->required()->check(ringName());
     app.add_option(
            "--to", options.sinks,
            "png:DIR, y4m:FILE, raw:FILE, gst:PIPELINE or null, FILE - is standard output; may be repeated")
-        ->allow_extra_args(false); // the name may come after it
-    app.add_option("--frames", options.count, "stop after this many frames")->check(ig::app::frameCount());
+        ->allow_extra_args(false) // the name may come after it
+        ->default_str("");
+    app.add_option("--frames", options.count, "stop after this many frames")
+        ->check(ig::app::frameCount())
+        ->default_str("");
     app.add_option("--wait", options.waitS, "seconds to wait for the ring and for each frame")
         ->check(ig::app::within(0, 1e6));
     app.set_version_flag("--version", "eyepoint-frames " EYEPOINT_VERSION);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tools/host/flight.h"
 
+#include "ig/base/system_error.h"
 #include "ig/geo/attitude.h"
 #include "ig/geo/geodesy.h"
 
@@ -129,7 +130,7 @@ ig::Result<FlightPath> FlightPath::read(const std::string& fileName)
 {
     std::ifstream file(fileName);
     if (!file)
-        return ig::fail(ig::ErrorKind::usage, fileName + ": cannot open: " + std::strerror(errno));
+        return ig::fail(ig::ErrorKind::usage, fileName + ": cannot open: " + ig::systemError(errno));
     return parse(file, fileName);
 }
 

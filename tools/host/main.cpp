@@ -56,7 +56,6 @@ using ig::app::within;
 
 void declare(CLI::App& app, Arguments& a)
 {
-    app.option_defaults()->always_capture_default();
     app.set_version_flag("--version", "eyepoint-host " EYEPOINT_VERSION);
     app.add_option("--target", a.target, "Address of the image generator, HOST:PORT");
     app.add_option("--local", a.local, "Own address, HOST:PORT; by default any free port");
@@ -206,8 +205,8 @@ int measureDelay(const Arguments& a, const host::RunOptions& options)
 
 int main(int argc, char** argv)
 {
-    CLI::App app{"Flies a path or an orbit as a host and checks what the image generator answers.",
-                 "eyepoint-host"};
+    ig::app::Program app{"Flies a path or an orbit as a host and checks what the image generator answers.",
+                         "eyepoint-host"};
     Arguments arguments;
     declare(app, arguments);
     if (const auto ended = ig::app::parseCommandLine(app, argc, argv))

@@ -234,7 +234,7 @@ ig::Result<void> drawAgain(const DrawOptions& options)
     const NewestFrame& newest = *owned;
     generator.addSink("newest", std::move(owned));
 
-    FrameHashes hashes = circumstancesOf(options.settings, generator.summary(0, 0));
+    FrameHashes hashes = circumstancesOf(options.settings, generator.summary(0));
     std::optional<Verification> verification;
     if (!options.verify.empty()) {
         auto begun = Verification::begin(options, hashes);
@@ -268,7 +268,7 @@ ig::Result<void> drawAgain(const DrawOptions& options)
         }
     }
     const double drawnInS = static_cast<double>(ig::app::steadyNs() - startNs) * ig::app::kSecondsPerNs;
-    const ig::app::RunSummary summary = generator.finish(0, drawnInS);
+    const ig::app::RunSummary summary = generator.finish(drawnInS);
     log->finish();
     for (const std::string& line : complaints(*recording))
         std::fprintf(stderr, "eyepoint-replay: %s\n", line.c_str());

@@ -65,10 +65,10 @@ int main(int argc, char** argv)
     std::vector<std::string> sizes{"1280x720"};
     std::vector<std::string> also;
     bool noMotion = false;
-    CLI::App app{"Measures error against run time for a terrain and a flight path, and writes report.json, "
-                 "report.csv, report.html and a table, report.md.",
-                 "eyepoint-report"};
-    app.option_defaults()->always_capture_default();
+    ig::app::Program app{
+        "Measures error against run time for a terrain and a flight path, and writes report.json, "
+        "report.csv, report.html and a table, report.md.",
+        "eyepoint-report"};
     app.set_version_flag("--version", "eyepoint-report " EYEPOINT_VERSION);
     app.add_option("--terrain", options.scene.terrain, "Dataset, .ept")->required();
     app.add_option(

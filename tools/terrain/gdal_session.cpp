@@ -25,6 +25,8 @@ void GdalSession::listen(CPLErr level, CPLErrorNum, const char* text)
     auto* session = static_cast<GdalSession*>(CPLGetErrorHandlerUserData());
     session->_complaint = text;
     std::replace(session->_complaint.begin(), session->_complaint.end(), '\n', ' ');
+    if (session->_complaint.ends_with('.')) // more may follow in the same line
+        session->_complaint.pop_back();
 }
 
 std::string GdalSession::complaint(const std::string& otherwise) const

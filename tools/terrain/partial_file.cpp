@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tools/terrain/partial_file.h"
 
+#include "ig/base/system_error.h"
+
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/stat.h>
@@ -47,7 +49,7 @@ Result<void> checkTarget(const std::string& path)
         return fail(ErrorKind::usage, path + ": cannot write: not a file; give another output name");
     const std::string folder = folderOf(path);
     if (::access(folder.c_str(), W_OK | X_OK) != 0)
-        return fail(ErrorKind::usage, path + ": cannot write: " + folder + ": " + std::strerror(errno));
+        return fail(ErrorKind::usage, path + ": cannot write: " + folder + ": " + systemError(errno));
     return {};
 }
 
@@ -59,7 +61,7 @@ Result<PartialFile> PartialFile::create(const std::string& path)
     std::string partial = path + kSuffix + std::to_string(::getpid());
     const int file = ::open(partial.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (file < 0)
-        return fail(ErrorKind::usage, path + ": cannot write: " + std::strerror(errno));
+        return fail(ErrorKind::usage, path + ": cannot write: " + systemError(errno));
     return PartialFile(path, std::move(partial), file);
 }
 
@@ -90,8 +92,7 @@ Result<void> PartialFile::write(uint64_t offset, std::span<const uint8_t> bytes)
         if (n < 0 && errno == EINTR)
             continue;
         if (n <= 0)
-            return fail(ErrorKind::failed,
-                        _path + ": cannot write: " + std::strerror(n < 0 ? errno : ENOSPC));
+            return fail(ErrorKind::failed, _path + ": cannot write: " + systemError(n < 0 ? errno : ENOSPC));
         done += static_cast<size_t>(n);
     }
     return {};
@@ -100,7 +101,7 @@ Result<void> PartialFile::write(uint64_t offset, std::span<const uint8_t> bytes)
 Result<void> PartialFile::commit()
 {
     if (::fsync(_file) != 0 || std::rename(_partialPath.c_str(), _path.c_str()) != 0)
-        return fail(ErrorKind::failed, _path + ": cannot write: " + std::strerror(errno));
+        return fail(ErrorKind::failed, _path + ": cannot write: " + systemError(errno));
     ::close(std::exchange(_file, -1));
     return {};
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tools/terrain/raster_inputs.h"
 
+#include "ig/base/system_error.h"
+
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -142,9 +144,11 @@ Result<RasterInputs> openInputs(const RasterOptions& options, GdalSession& gdal)
             // GDAL takes more than paths (a layer within a file), so whether one exists is asked last.
             std::error_code ignored;
             const bool exists = std::filesystem::exists(file, ignored);
-            return fail(ErrorKind::dataset,
-                        file + ": cannot read: " +
-                            gdal.complaint(exists ? "no raster in it that GDAL knows" : "no such file"));
+            return fail(
+                ErrorKind::dataset,
+                file + ": cannot read: " +
+                    gdal.complaint(exists ? "no raster in it that GDAL knows; give one that gdalinfo opens"
+                                          : systemError(ENOENT)));
         }
         if (Result<void> fine = checkBand(file, *raster); !fine)
             return Unexpected{fine.error()};

@@ -210,7 +210,8 @@ Result<void> RasterSource::read(GDALDataset& raster, uint32_t first, uint32_t co
     if (outcome != CE_None)
         return fail(ErrorKind::dataset, _place.source + ": cannot read rows " + std::to_string(first) +
                                             " to " + std::to_string(first + count - 1) + ": " +
-                                            _gdal->complaint("damaged or cut short"));
+                                            _gdal->complaint("GDAL does not say why") +
+                                            "; the file is damaged or cut short, fetch it again");
     for (double& sample : samples)
         if (isVoid(sample))
             sample = std::numeric_limits<double>::quiet_NaN();
