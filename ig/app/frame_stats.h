@@ -28,7 +28,7 @@ struct FrameStats {
     int64_t transportDelayNs = -1;
     uint32_t triangleBudget = 0; // that was in force
     lod::LodStats lod;
-    uint32_t pageIns = 0;
+    uint32_t pageIns = 0;       // since the last frame
     uint64_t bytesUploaded = 0; // of pages
     uint64_t listBytes = 0;     // of index lists, handed to GL
     bool selectionKept = false; // the view was that of the frame before: nothing was selected

@@ -49,6 +49,9 @@ public:
     // Makes the frames of one slot of the schedule: one of each view whose turn it is, in the order of the
     // settings. startNs: when it starts, steady clock. The span is good until the next call.
     std::span<const FrameStats> frame(int64_t startNs, uint64_t slot);
+    // After a slot's frames, in the time until the next slot that has some (steady clock): takes over loaded
+    // pages and asks for others.
+    void prepare(int64_t nextStartNs);
 
     // Of the schedule: the highest rate of a view.
     double rateHz() const noexcept { return _rateHz; }

@@ -100,6 +100,13 @@ struct Runner {
     Cost frame(const ViewState& view, uint32_t budget) { return frame(view, budget, nullptr); }
     Cost frame(const ViewState& view, app::FrameTimeControl& control) { return frame(view, 0, &control); }
 
+    // After a frame, as the image generator does.
+    void prepare(int64_t nextStartNs)
+    {
+        terrain->takeOverBefore(nextStartNs);
+        terrainView->askForPages();
+    }
+
 private:
     Cost frame(const ViewState& view, uint32_t budget, app::FrameTimeControl* control)
     {
@@ -476,7 +483,9 @@ Json measurePace(Runner& runner, const Options& options, bool held)
         errorMax = std::max<double>(errorMax, stats.lod.errorPx);
         pageIns += stats.pageIns;
         missingTiles += stats.lod.tilesMissing > 0 ? 1 : 0;
-        sleepUntil(schedule.nextStartNs(app::steadyNs()));
+        const int64_t nextStartNs = schedule.nextStartNs(app::steadyNs());
+        runner.prepare(nextStartNs);
+        sleepUntil(nextStartNs);
         start = app::steadyNs();
     }
     const double minutes = options.seconds / 60.0;
