@@ -22,7 +22,7 @@ struct FrameStats {
     int64_t drawNs = 0;     // until GL has taken the commands
     int64_t readBackNs = 0; // until the picture is here: with a deferring driver most of the drawing
     int64_t sinkNs = 0;
-    int64_t loadNs = 0; // pages read, decoded and uploaded
+    int64_t loadNs = 0; // pages read, decoded and uploaded within the frame
     // From the kernel's receipt of the newest host message used to the frame in the sinks; -1 when no
     // message came in since the frame before.
     int64_t transportDelayNs = -1;

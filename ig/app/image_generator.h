@@ -2,8 +2,9 @@
 // ig/app: the image generator as a whole: host, world, terrain, picture, sinks, wired into one frame.
 //
 // One frame: receive and apply what the host said -> Start Of Frame out -> then for each view (channel.h)
-// whose turn it is: its state at this instant -> triangle budget that fits the frame time -> select, load
-// what is missing, draw -> read back -> sinks.
+// whose turn it is: its state at this instant -> triangle budget that fits the frame time -> take over pages
+// that it lacked, select, draw -> read back -> sinks. Then, while nothing is drawn: other pages are taken
+// over, and asked for.
 //
 // Several views share context, programs and pages. The schedule runs at the highest of their rates, the
 // others take every second, third ... slot; those of the same rate take turns, so that slots cost alike.

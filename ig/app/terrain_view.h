@@ -25,8 +25,8 @@ public:
     // Of the next draw() on; at most triangleBudget of the settings.
     void setTriangleBudget(uint32_t triangles) noexcept;
     // Takes over what has been loaded, as much as the terrain allows in a frame, chooses the triangles and
-    // issues the draw calls. Fills selectNs, loadNs, pageIns,
-    // bytesUploaded, listBytes, drawNs, triangleBudget, lod, selectionKept and pictureKept.
+    // issues the draw calls. Fills selectNs, loadNs, pageIns, bytesUploaded, listBytes, drawNs,
+    // triangleBudget, lod, selectionKept and pictureKept.
     //
     // A view that is that of the call before to the last bit, over the same pages and with the same budget,
     // is not selected again, and its lists are not handed over again. With keepPicture it is not drawn again
