@@ -2,6 +2,7 @@
 // Pages that are loaded while frames are drawn: order, eviction, slow and damaged disks, prefetch.
 #include "counted_new.h"
 #include "hills_terrain.h"
+#include "ig/app/steady_clock.h"
 #include "ig/app/terrain_view.h"
 #include "ig/data/page_loader.h"
 #include "ig/data/page_slots.h"
@@ -218,6 +219,30 @@ TEST_CASE("what is not asked for any more is not read; what is being read is nam
     CHECK(source.begun(3).size() == 3); // page 3 never
 }
 
+TEST_CASE("of finished pages only those among the first so many requests are taken")
+{
+    const test::TempDir dir;
+    const data::Dataset dataset = openDataset(makeDataset(dir));
+    GatedSource source(dataset);
+    source.set(true);
+    data::PageLoaderSettings settings;
+    settings.threads = 1; // pages are finished in order
+    data::PageLoader loader(source, dataset.info(), dataset.pages(), settings);
+    const data::PageHeights root = heightsOf(dataset, 0);
+    loader.request(std::array<data::PageRequest, 3>{{{1, &root}, {2, &root}, {3, &root}}});
+    source.begun(3); // so two are finished
+    CHECK(loader.take(0) == nullptr);
+    data::LoadedPage* const first = loader.take(1);
+    REQUIRE(first != nullptr);
+    CHECK(first->page == 1);
+    CHECK(loader.take(1) == nullptr);
+    data::LoadedPage* const second = loader.take(2);
+    REQUIRE(second != nullptr);
+    CHECK(second->page == 2);
+    loader.giveBack(first);
+    loader.giveBack(second);
+}
+
 TEST_CASE("an urgent page gets a buffer though less urgent ones have filled all of them")
 {
     const test::TempDir dir;
@@ -309,6 +334,62 @@ TEST_CASE("terrain that fits is loaded whole in the background, and then no thre
         CHECK(stats.lod.tilesMissing == 0);
         CHECK(stats.pageIns == 0);
     }
+}
+
+TEST_CASE("pages that no picture lacks yet come between frames, or with the next one where there was no time")
+{
+    const test::TempDir dir;
+    const std::string path = makeDataset(dir);
+    const data::Dataset dataset = openDataset(path);
+    GatedSource source(dataset);
+    source.set(true);
+    CollectedLog log;
+    app::TerrainSettings settings = smallSettings();
+    settings.pageSlots = 250;              // of 341, and of more than a picture needs
+    settings.selection.tolerancePx = 8.0F; // the budget decides nothing: what preload() finds stays enough
+    gl::NullRenderer renderer = nullRenderer(settings);
+    app::TerrainResidency terrain(openDataset(path), settings, renderer, log, &source);
+    app::TerrainView view(terrain, settings.selection, renderer);
+    const ViewState here = viewFrom(terrain.info(), 900, 500, 0);
+    REQUIRE(view.preload(here));
+    const auto frame = [&] {
+        app::FrameStats stats;
+        view.draw(here, stats);
+        CHECK(stats.lod.tilesMissing == 0);
+        return stats;
+    };
+    const auto nowNs = [] { return app::steadyNs(); };
+    constexpr int64_t kLongNs = 1'000'000'000;
+
+    source.set(false);
+    const size_t begun = source.begun(0).size();
+    CHECK(frame().pageIns == 0);
+    CHECK(source.begun(0).size() == begun); // while a frame is drawn nobody begins to load
+    view.askForPages();
+    terrain.takeOverBefore(nowNs() + kLongNs); // there is time, and nothing yet to take over
+    source.set(true);
+    source.begun(begun + 4); // so two threads have finished two
+    CHECK(frame().pageIns == 0);
+
+    uint64_t changes = terrain.changes();
+    terrain.takeOverBefore(nowNs());
+    CHECK(terrain.changes() == changes);
+    const app::FrameStats late = frame();
+    CHECK(late.pageIns > 0);
+    CHECK(late.pageIns <= settings.pageLoadsPerFrame);
+
+    view.askForPages();
+    changes = terrain.changes();
+    for (int i = 0; i < 10'000 && terrain.changes() == changes; ++i) {
+        terrain.takeOverBefore(nowNs() + kLongNs);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    REQUIRE(terrain.changes() > changes);
+    const uint64_t came = terrain.changes() - changes;
+    const app::FrameStats next = frame();
+    CHECK(next.pageIns == came);
+    CHECK(next.pageIns <= settings.pageLoadsPerFrame);
+    CHECK(next.bytesUploaded == came * gl::bytesPerPage(gl::Morph::lists));
 }
 
 TEST_CASE("pictures that wait for their pages are the same in every run, however the disk behaves")
@@ -536,6 +617,10 @@ TEST_CASE("the frame thread allocates nothing in a flight, whatever the view, th
             const size_t before = test::allocations();
             view.setTriangleBudget(i % 7 < 4 ? 12'000 : 3'000);
             view.draw(state, stats);
+            if (i % 3 > 0) { // as the image generator does
+                terrain.takeOverBefore(app::steadyNs() + 10'000'000);
+                view.askForPages();
+            }
             allocated += test::allocations() - before;
             pageIns += stats.pageIns;
         }

@@ -63,6 +63,8 @@ public:
     // A message of the host came in for the next frame.
     void noteArrival(double arrivalS) noexcept { _arrivalS = arrivalS; }
     FrameStats frame(const scene::World& world, const FrameMoment& moment);
+    // After the frames of a slot: what is better done while nothing is drawn.
+    void askForPages() { _terrainView.askForPages(); }
 
     // Takes over what may change while running; between frames, allocates.
     void apply(const config::Settings& settings, const config::View& view);

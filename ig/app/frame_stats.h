@@ -23,13 +23,13 @@ struct FrameStats {
     // Until the picture is here, or drawn where nobody reads it: with a deferring driver most of the drawing.
     int64_t readBackNs = 0;
     int64_t sinkNs = 0;
-    int64_t loadNs = 0; // pages read, decoded and uploaded
+    int64_t loadNs = 0; // pages read, decoded and uploaded within the frame
     // From the kernel's receipt of the newest host message used to the frame in the sinks; -1 when no
     // message came in since the frame before.
     int64_t transportDelayNs = -1;
     uint32_t triangleBudget = 0; // that was in force
     lod::LodStats lod;
-    uint32_t pageIns = 0;
+    uint32_t pageIns = 0;       // since the last frame
     uint64_t bytesUploaded = 0; // of pages
     uint64_t listBytes = 0;     // of index lists, handed to GL
     bool selectionKept = false; // the view was that of the frame before: nothing was selected

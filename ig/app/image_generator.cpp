@@ -296,6 +296,14 @@ std::span<const FrameStats> ImageGenerator::frame(int64_t startNs, uint64_t slot
     return _made;
 }
 
+void ImageGenerator::prepare(int64_t nextStartNs)
+{
+    _terrain.takeOverBefore(nextStartNs);
+    for (const auto& channel : _channels) {
+        channel->askForPages();
+    }
+}
+
 // A slot's frames as one.
 FrameStats ImageGenerator::together(int64_t hostNs, int64_t frameNs) const
 {

@@ -2,8 +2,9 @@
 // ig/app: the image generator as a whole: host, world, terrain, picture, sinks, wired into one frame.
 //
 // One frame: receive and apply what the host said -> Start Of Frame out -> then for each view (channel.h)
-// whose turn it is: its state at this instant -> triangle budget that fits the frame time -> select, load
-// what is missing, draw -> read back -> sinks.
+// whose turn it is: its state at this instant -> triangle budget that fits the frame time -> take over pages
+// that it lacked, select, draw -> read back -> sinks. Then, while nothing is drawn: other pages are taken
+// over, and asked for.
 //
 // Several views share context, programs and pages. The schedule runs at the highest of their rates, the
 // others take every second, third ... slot; those of the same rate take turns, so that slots cost alike.
@@ -49,6 +50,9 @@ public:
     // Makes the frames of one slot of the schedule: one of each view whose turn it is, in the order of the
     // settings. startNs: when it starts, steady clock. The span is good until the next call.
     std::span<const FrameStats> frame(int64_t startNs, uint64_t slot);
+    // After a slot's frames, in the time until the next slot that has some (steady clock): takes over loaded
+    // pages and asks for others.
+    void prepare(int64_t nextStartNs);
 
     // Of the schedule: the highest rate of a view.
     double rateHz() const noexcept { return _rateHz; }

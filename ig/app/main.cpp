@@ -78,7 +78,9 @@ public:
             if (ig::app::takeStatisticsRequest()) {
                 dumpStatistics();
             }
-            ig::app::sleepUntil(_schedule.nextStartNs(ig::app::steadyNs()));
+            const int64_t nextStartNs = _schedule.nextStartNs(ig::app::steadyNs());
+            _ig.prepare(nextStartNs);
+            ig::app::sleepUntil(nextStartNs);
             startNs = ig::app::steadyNs();
         }
         _notifier.stopping();

@@ -15,6 +15,8 @@ namespace {
 constexpr uint32_t kFewestSlots = 16;
 // Background pages on top of what views ask for: the threads always have the next ones.
 constexpr size_t kRemainingAtOnce = 32;
+// What is left before a frame for a page that takes long to upload: usually a fifth of it.
+constexpr int64_t kTakeOverNs = 1'000'000;
 
 } // namespace
 
@@ -53,6 +55,7 @@ TerrainResidency::TerrainResidency(data::Dataset dataset, const TerrainSettings&
         heights.reserve();
     }
     _requests.reserve(data::PageLoader::kMaxRequests);
+    _taken.reserve(data::PageLoaderSettings{}.buffers);
     _pinned.reserve((data::PageLoader::kMaxRequests + data::PageLoaderSettings{}.buffers) *
                     (static_cast<size_t>(info().shape.deepestPage) + 1));
 }
@@ -104,15 +107,44 @@ void TerrainResidency::use(uint32_t view, std::span<const uint32_t> pages)
 void TerrainResidency::takeOver(FrameStats& stats)
 {
     const int64_t start = steadyNs();
-    while (stats.pageIns < _settings.pageLoadsPerFrame) {
-        data::LoadedPage* const loaded = _loader.take();
-        if (loaded == nullptr) {
-            break;
-        }
+    const size_t amongFirst = _restWaits ? _wantedRequests : data::PageLoader::kMaxRequests;
+    while (stats.pageIns < _settings.pageLoadsPerFrame && takeNext(amongFirst, stats)) {
+    }
+    stats.pageIns += std::exchange(_betweenFrames.pageIns, 0);
+    stats.bytesUploaded += std::exchange(_betweenFrames.bytesUploaded, 0);
+    stats.loadNs += steadyNs() - start;
+}
+
+void TerrainResidency::takeOverBefore(int64_t nextFrameNs)
+{
+    if (_settings.waitForPages) {
+        return;
+    }
+    const auto isTime = [nextFrameNs] { return steadyNs() + kTakeOverNs < nextFrameNs; };
+    _restWaits = isTime();
+    while (_betweenFrames.pageIns < _settings.pageLoadsPerFrame && isTime() &&
+           takeNext(data::PageLoader::kMaxRequests, _betweenFrames)) {
+    }
+}
+
+// A finished page, of the first so many requests. Its buffer stays until the next requests: the loader would
+// fill it while the frame is drawn.
+bool TerrainResidency::takeNext(size_t amongFirst, FrameStats& stats)
+{
+    data::LoadedPage* const loaded = _loader.take(amongFirst);
+    if (loaded != nullptr) {
         place(*loaded, stats);
+        _taken.push_back(loaded);
+    }
+    return loaded != nullptr;
+}
+
+void TerrainResidency::giveBackTaken()
+{
+    for (data::LoadedPage* const loaded : _taken) {
         _loader.giveBack(loaded);
     }
-    stats.loadNs += steadyNs() - start;
+    _taken.clear();
 }
 
 void TerrainResidency::request(uint32_t view, std::span<const uint32_t> wanted,
@@ -160,12 +192,14 @@ void TerrainResidency::sendRequests()
     _requests.clear();
     const auto room = [this](data::Claim claim) { return size_t{_slots.slots()} - _slots.pagesInUse(claim); };
     addRequests(&Wishes::wanted, room(data::Claim::wanted));
+    _wantedRequests = _requests.size();
     if (!_settings.waitForPages) {
         addRequests(&Wishes::ahead, _requests.size() + room(data::Claim::ahead));
         if (_slots.allFit()) {
             addRemaining();
         }
     }
+    giveBackTaken();
     pinParents(_loader.request(_requests));
     if (allLoaded()) {
         _loader.stop();

@@ -70,6 +70,11 @@ public:
     // Takes over finished pages, until the frame has pageLoadsPerFrame of them. Adds to pageIns,
     // bytesUploaded and loadNs.
     void takeOver(FrameStats& stats);
+    // The same after a frame, in the time that is left until the next one starts (steady clock): as many
+    // pages, none in the last millisecond. Where there was time, the next frame takes over nothing but pages
+    // that views lack. Its pageIns and bytesUploaded are the next frame's. Who calls it does so after every
+    // frame.
+    void takeOverBefore(int64_t nextFrameNs);
     // Says what the view lacks and what it may need soon, most urgent first, in place of what it said before.
     // The threads read the former first.
     void request(uint32_t view, std::span<const uint32_t> wanted, std::span<const uint32_t> ahead);
@@ -116,6 +121,8 @@ private:
     void addRequest(uint32_t page);
     void addRemaining();
     void pinParents(std::span<const uint32_t> alsoRead);
+    bool takeNext(size_t amongFirst, FrameStats& stats);
+    void giveBackTaken();
     void place(data::LoadedPage& loaded, FrameStats& stats);
     bool isWanted(uint32_t page) const noexcept;
     void addTo(lod::Selector& selector, uint32_t page, uint32_t slot) const;
@@ -136,7 +143,11 @@ private:
     uint32_t _remaining = 0; // where all fit: pages before it are resident or lost
     std::vector<data::PageRequest> _requests;
     std::vector<uint32_t> _pinned;
-    data::PageLoader _loader; // last: it reads _heights
+    size_t _wantedRequests = 0;            // the first of _requests: what views lack
+    bool _restWaits = false;               // the others are taken over between frames
+    FrameStats _betweenFrames;             // of takeOverBefore(), for the next frame
+    std::vector<data::LoadedPage*> _taken; // whose buffers are the loader's again with the next requests
+    data::PageLoader _loader;              // last: it reads _heights
 };
 
 } // namespace ig::app

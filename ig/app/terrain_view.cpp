@@ -37,7 +37,7 @@ void TerrainView::reconfigure(const lod::SelectionSettings& selection)
     _terrain.detach(_number);
     _selector = std::move(selector);
     _number = _terrain.attach(*_selector);
-    _selected = false;
+    _selected = _asks = false;
 }
 
 Result<void> TerrainView::preload(const ViewState& view)
@@ -68,15 +68,16 @@ void TerrainView::select(const ViewState& view)
     _terrain.use(_number, _list.usedPages);
 }
 
-// And says what is missing or may be soon.
-void TerrainView::selectAndAsk(const ViewState& view)
+void TerrainView::askForPages()
 {
-    choose(view);
+    if (!_asks) {
+        return;
+    }
+    _asks = false;
     const bool ahead = _terrain.loadsAhead();
-    if (ahead && _prefetch.plan(view, _list.stats.tauPx, _terrain.slotOfPage(), _terrain.reachOfSlot())) {
+    if (ahead && _prefetch.plan(_view, _list.stats.tauPx, _terrain.slotOfPage(), _terrain.reachOfSlot())) {
         _terrain.keep(_number, _prefetch.kept());
     }
-    _terrain.use(_number, _list.usedPages);
     _terrain.request(_number, _list.wantedPages, ahead ? _prefetch.missing() : std::span<const uint32_t>());
 }
 
@@ -121,14 +122,16 @@ bool TerrainView::draw(const ViewState& view, FrameStats& stats, bool keepPictur
     const int64_t loadedBeforeNs = stats.loadNs;
     const bool waits = _terrain.waitsForPages();
     if (!waits) {
+        askForPages();
         _terrain.takeOver(stats);
     }
     const bool kept = holds(view);
-    if (!kept && waits) {
+    if (!kept) {
         select(view);
-        complete(view, stats, TerrainResidency::kForever);
-    } else if (!kept) {
-        selectAndAsk(view);
+        if (waits) {
+            complete(view, stats, TerrainResidency::kForever);
+        }
+        _asks = !waits;
     }
     const int64_t selected = steadyNs();
     stats.selectionKept = kept;

@@ -24,14 +24,18 @@ public:
 
     // Of the next draw() on; at most triangleBudget of the settings.
     void setTriangleBudget(uint32_t triangles) noexcept;
-    // Takes over what has been loaded, as much as the terrain allows in a frame, chooses the triangles, asks
-    // for pages that are missing or may be soon, and issues the draw calls. Fills selectNs, loadNs, pageIns,
-    // bytesUploaded, listBytes, drawNs, triangleBudget, lod, selectionKept and pictureKept.
+    // Takes over what has been loaded, as much as the terrain allows in a frame, chooses the triangles and
+    // issues the draw calls. Fills selectNs, loadNs, pageIns, bytesUploaded, listBytes, drawNs,
+    // triangleBudget, lod, selectionKept and pictureKept.
     //
     // A view that is that of the call before to the last bit, over the same pages and with the same budget,
     // is not selected again, and its lists are not handed over again. With keepPicture it is not drawn again
     // either: then false comes back, and the picture read last still holds.
     bool draw(const ViewState& view, FrameStats& stats, bool keepPicture = false);
+    // Asks for the pages that the last picture lacks or the next ones may need: in the time that is left when
+    // the frame is out, so that the threads that load them do not begin while it is drawn. What has not been
+    // asked for by then, the next draw() asks for.
+    void askForPages();
 
     // Another budget and tolerance, and the same method, from the next draw() on; between frames, allocates.
     void reconfigure(const lod::SelectionSettings& selection);
@@ -43,7 +47,6 @@ public:
 private:
     void select(const ViewState& view);
     void choose(const ViewState& view);
-    void selectAndAsk(const ViewState& view);
     void complete(const ViewState& view, FrameStats& stats, data::PageLoader::Clock::time_point deadline);
     bool holds(const ViewState& view) const noexcept;
 
@@ -59,6 +62,7 @@ private:
     uint32_t _budget = 0;
     uint64_t _changes = 0;
     bool _drawn = false; // and it has been drawn
+    bool _asks = false;  // and its pages are still to be asked for
 };
 
 } // namespace ig::app

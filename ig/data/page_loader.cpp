@@ -3,6 +3,8 @@
 
 #include "ig/data/page_codec.h"
 
+#include <pthread.h>
+#include <sched.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -13,8 +15,11 @@ namespace ig::data {
 
 namespace {
 
-// Frames come before what the next ones may need. Linux keeps a nice value for each thread.
-constexpr int kNice = 5;
+// Frames come before what the next ones may need. A thread of this class does not push another from its core
+// when there is work for it; with this nice value a tenth of a core is left to it where none is ever free.
+// Linux keeps both for each thread.
+constexpr int kPolicy = SCHED_BATCH;
+constexpr int kNice = 10;
 
 } // namespace
 
@@ -114,10 +119,10 @@ PageLoader::Job* PageLoader::jobFor(uint32_t page)
     return found != _jobs.end() ? &*found : nullptr;
 }
 
-LoadedPage* PageLoader::take()
+LoadedPage* PageLoader::take(size_t amongFirst)
 {
     const std::scoped_lock lock(_mutex);
-    for (Wish& wish : _wishes) {
+    for (Wish& wish : std::span(_wishes).first(std::min(amongFirst, _wishes.size()))) {
         if (!wish.taken && wish.job != nullptr && wish.job->state == State::finished) {
             wish.taken = true;
             wish.job->state = State::taken;
@@ -187,6 +192,8 @@ PageLoader::Job* PageLoader::startNext()
 
 void PageLoader::run()
 {
+    const sched_param unused{};
+    (void)pthread_setschedparam(pthread_self(), kPolicy, &unused);
     (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
     std::unique_lock lock(_mutex);
     for (;;) {

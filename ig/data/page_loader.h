@@ -54,7 +54,8 @@ public:
     static constexpr size_t kMaxRequests = 128;
 
     // source, with the pages of this dataset, must outlive the loader. The threads start with the first
-    // request, and run below the priority of the caller.
+    // request, and run below the priority of the caller: they wait for a core that nobody needs, or for a
+    // small share of one.
     PageLoader(const PageSource& source, const DatasetInfo& dataset, std::span<const lod::PageNode> pages,
                const PageLoaderSettings& settings);
     ~PageLoader(); // as stop()
@@ -66,9 +67,9 @@ public:
     // still needed; valid until the next call. Nothing after stop(). Allocates nothing.
     std::span<const uint32_t> request(std::span<const PageRequest> requests);
 
-    // The most urgent requested page that is finished, nullptr when there is none. It is the caller's until
-    // giveBack().
-    LoadedPage* take();
+    // The most urgent page that is finished of the first so many requested, nullptr when there is none. It is
+    // the caller's until giveBack().
+    LoadedPage* take(size_t amongFirst = kMaxRequests);
     // The most urgent requested page, waited for; nullptr when all have been taken, or at the deadline.
     LoadedPage* waitAndTake(Clock::time_point deadline = Clock::time_point::max());
     void giveBack(LoadedPage* page);

@@ -204,7 +204,10 @@ Result<Json> fly(Mode mode, double speedMs, const Options& options)
         frameMs.push_back(static_cast<double>(endNs - nowNs) * 1e-6);
         selectMs.push_back(static_cast<double>(stats.selectNs) * 1e-6);
         loadMs.push_back(static_cast<double>(stats.loadNs) * 1e-6);
-        app::sleepUntil(schedule.nextStartNs(endNs));
+        const int64_t nextStartNs = schedule.nextStartNs(endNs);
+        terrain.takeOverBefore(nextStartNs);
+        view.askForPages();
+        app::sleepUntil(nextStartNs);
         nowNs = app::steadyNs();
     }
     const double count = static_cast<double>(std::max<uint64_t>(frames, 1));
@@ -241,7 +244,10 @@ Result<Json> fly(Mode mode, double speedMs, const Options& options)
             if (stats.lod.tilesMissing == 0) {
                 break;
             }
-            app::sleepUntil(nowNs + static_cast<int64_t>(1e9 / options.rateHz));
+            const int64_t nextStartNs = nowNs + static_cast<int64_t>(1e9 / options.rateHz);
+            terrain.takeOverBefore(nextStartNs);
+            view.askForPages();
+            app::sleepUntil(nextStartNs);
         }
         out["frames_after_jump"] = jumped;
     }

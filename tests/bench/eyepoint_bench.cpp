@@ -8,11 +8,15 @@
 //             counted
 //   size      frames over a large terrain against a small one, frame by frame in turn
 //   pace      a paced flight: p99 / mean of the frame time, missed frames, share of the selection; with a
-//             fixed budget and with the budget that holds --frame-time
-//   steadiness  the same flight five times, each frame at its median: p99 / mean without the machine's share.
-//             Held: a pass before them, at the flight's rate, decides the budgets, so that the five draw the
-//             same triangles; what disturbed that pass is in its budgets
+//             fixed budget and with the budget that holds --frame-time. Of the frames that were late: how
+//             many would have been so without the wait for a core (see core_waits.h), and how many used so
+//             much CPU time that they would have been late at the usual ratio of wall time to it
+//   steadiness  the same paced flight three times, its first minute, each frame at its median: p99 / mean
+//   with
+//             little of the machine's share. Held: a pass before them decides the budgets, so that the three
+//             draw the same triangles; what disturbed that pass is in its budgets
 //   machine   p99 / mean of fixed arithmetic in place of frames: what the machine itself adds to pace
+#include "core_waits.h"
 #include "ig/app/command_line.h"
 #include "ig/app/frame_schedule.h"
 #include "ig/app/frame_time_control.h"
@@ -99,6 +103,13 @@ struct Runner {
 
     Cost frame(const ViewState& view, uint32_t budget) { return frame(view, budget, nullptr); }
     Cost frame(const ViewState& view, app::FrameTimeControl& control) { return frame(view, 0, &control); }
+
+    // After a frame, as the image generator does.
+    void prepare(int64_t nextStartNs)
+    {
+        terrain->takeOverBefore(nextStartNs);
+        terrainView->askForPages();
+    }
 
 private:
     Cost frame(const ViewState& view, uint32_t budget, app::FrameTimeControl* control)
@@ -258,6 +269,7 @@ Json measureStatic(Runner& runner, const Options& options, const gl::Context& co
             mesh->draw(view);
             mesh->read(picture);
         });
+        runner.prepare(app::steadyNs());
         differing += picture != runner.picture ? 1 : 0;
         if (i >= kWarmUpFrames) {
             ours.push_back(our.wallMs);
@@ -326,6 +338,7 @@ Json measureSoar(Runner& runner, const Options& options, const gl::Context& cont
         const Timed late = i % 2 == 0 ? their() : our();
         const Timed& a = i % 2 == 0 ? early : late;
         const Timed& b = i % 2 == 0 ? late : early;
+        terrainView.askForPages();
         const bool counts = list.stats.triangles >= kFewest && list.stats.triangles <= kMost;
         if (i >= kWarmUpFrames && counts && stats.pageIns == 0) {
             wallRatios.push_back(a.wallMs / b.wallMs);
@@ -358,6 +371,8 @@ Json measureSize(Runner& large, Runner& small, const Options& options)
             large.frame(large.flight->view(timeS, options.width, options.height), options.budget).stats;
         const app::FrameStats b =
             small.frame(small.flight->view(timeS, options.width, options.height), options.budget).stats;
+        large.prepare(app::steadyNs());
+        small.prepare(app::steadyNs());
         if (i >= 10) {
             largeMs.push_back(static_cast<double>(a.frameNs) * 1e-6);
             smallMs.push_back(static_cast<double>(b.frameNs) * 1e-6);
@@ -448,11 +463,43 @@ double p99OverMean(const Histogram& histogram)
     return histogram.quantileNs(0.99) / histogram.meanNs();
 }
 
+// Frames longer than their period, and whose doing they were.
+class LateFrames {
+public:
+    struct Frame {
+        double wallMs = 0, cpuMs = 0;
+        double waitMs = 0; // for a core
+    };
+    void add(const Frame& frame) { _frames.push_back(frame); }
+
+    Json json(double periodMs) const
+    {
+        std::vector<double> ratios;
+        for (const Frame& frame : _frames) {
+            ratios.push_back(frame.wallMs / frame.cpuMs);
+        }
+        const double usual = median(ratios);
+        const auto count = [&](auto&& ms) {
+            return std::count_if(_frames.begin(), _frames.end(),
+                                 [&](const Frame& frame) { return ms(frame) > periodMs; });
+        };
+        return {{"frames", count([](const Frame& f) { return f.wallMs; })},
+                {"without_waits", count([](const Frame& f) { return f.wallMs - f.waitMs; })},
+                {"by_cpu_time", count([usual](const Frame& f) { return usual * f.cpuMs; })},
+                {"wall_over_cpu_p50", usual}};
+    }
+
+private:
+    std::vector<Frame> _frames;
+};
+
 // held: the budget moves to hold options.frameTimeMs.
 Json measurePace(Runner& runner, const Options& options, bool held)
 {
     app::FrameTimeControl control = makeControl(runner, options);
     Histogram frame, cpu, select, load;
+    bench::CoreWaits waits;
+    LateFrames late;
     std::vector<double> tau, triangles, budgets;
     lod::BudgetReversals reversals;
     double errorMax = 0;
@@ -463,8 +510,12 @@ Json measurePace(Runner& runner, const Options& options, bool held)
     while (static_cast<double>(start - first) * 1e-9 < options.seconds) {
         const ViewState view =
             runner.flight->view(static_cast<double>(start - first) * 1e-9, options.width, options.height);
+        waits.longestNs();
         const Runner::Cost cost = held ? runner.frame(view, control) : runner.frame(view, options.budget);
         const app::FrameStats& stats = cost.stats;
+        const int64_t finished = app::steadyNs();
+        late.add({static_cast<double>(stats.frameNs) * 1e-6, cost.cpuMs,
+                  static_cast<double>(waits.longestNs()) * 1e-6});
         frame.add(stats.frameNs);
         cpu.add(static_cast<int64_t>(cost.cpuMs * 1e6));
         select.add(stats.selectNs);
@@ -476,12 +527,15 @@ Json measurePace(Runner& runner, const Options& options, bool held)
         errorMax = std::max<double>(errorMax, stats.lod.errorPx);
         pageIns += stats.pageIns;
         missingTiles += stats.lod.tilesMissing > 0 ? 1 : 0;
-        sleepUntil(schedule.nextStartNs(app::steadyNs()));
+        const int64_t nextStartNs = schedule.nextStartNs(finished);
+        runner.prepare(nextStartNs);
+        sleepUntil(nextStartNs);
         start = app::steadyNs();
     }
     const double minutes = options.seconds / 60.0;
     Json report{{"frames", frame.count()},
                 {"missed", schedule.missed()},
+                {"late", late.json(1e3 / options.rateHz)},
                 {"frame_ms_mean", frame.meanNs() * 1e-6},
                 {"frame_ms_p50", frame.quantileNs(0.5) * 1e-6},
                 {"frame_ms_p99", frame.quantileNs(0.99) * 1e-6},
@@ -511,40 +565,43 @@ Json measurePace(Runner& runner, const Options& options, bool held)
 // the picture's own doing, not the machine's.
 Json measureSteadiness(Runner& runner, const Options& options, bool held)
 {
-    constexpr size_t kPasses = 5;
-    constexpr size_t kFramesPerS = 20; // of the flight; not paced
-    constexpr size_t kDecidedPerS = 60;
+    constexpr size_t kPasses = 3;
+    constexpr double kLongestS = 60;
     const auto frames =
-        static_cast<size_t>(std::max(1.0, options.seconds * static_cast<double>(kFramesPerS)));
-    const auto viewAt = [&](size_t i, size_t perS) {
-        return runner.flight->view(static_cast<double>(i) / static_cast<double>(perS), options.width,
-                                   options.height);
-    };
+        static_cast<size_t>(std::max(1.0, std::min(kLongestS, options.seconds) * options.rateHz));
     std::vector<uint32_t> budgets(frames, options.budget);
+    const auto fly = [&](auto&& frame) {
+        app::FrameSchedule schedule(app::steadyNs(), options.rateHz);
+        for (size_t i = 0; i < frames; ++i) {
+            frame(i, runner.flight->view(static_cast<double>(i) / options.rateHz, options.width,
+                                         options.height));
+            const int64_t nextStartNs = schedule.nextStartNs(app::steadyNs());
+            runner.prepare(nextStartNs);
+            sleepUntil(nextStartNs);
+        }
+    };
     if (held) {
         app::FrameTimeControl control = makeControl(runner, options);
-        constexpr size_t kEach = kDecidedPerS / kFramesPerS;
-        for (size_t i = 0; i < frames * kEach; ++i) {
-            const Runner::Cost cost = runner.frame(viewAt(i, kDecidedPerS), control);
-            budgets[i / kEach] = cost.stats.triangleBudget;
-        }
+        fly([&](size_t i, const ViewState& view) {
+            budgets[i] = runner.frame(view, control).stats.triangleBudget;
+        });
     }
     std::vector<std::vector<double>> times(frames), cpuTimes(frames);
     std::vector<double> tau, triangles;
     for (size_t pass = 0; pass < kPasses; ++pass) {
-        for (size_t i = 0; i < frames; ++i) {
-            const Runner::Cost cost = runner.frame(viewAt(i, kFramesPerS), budgets[i]);
+        fly([&](size_t i, const ViewState& view) {
+            const Runner::Cost cost = runner.frame(view, budgets[i]);
             times[i].push_back(static_cast<double>(cost.stats.frameNs));
             cpuTimes[i].push_back(cost.cpuMs * 1e6);
             if (pass == 0) {
                 tau.push_back(cost.stats.lod.tauPx);
                 triangles.push_back(cost.stats.lod.triangles);
             }
-        }
+        });
     }
-    // The controller starts from the smallest budget: its first second is not part of the flight.
+    // The controller has not settled: its first second is not part of the flight.
     Histogram typical, typicalCpu;
-    for (size_t i = std::min(kFramesPerS, frames - 1); i < frames; ++i) {
+    for (size_t i = std::min(static_cast<size_t>(options.rateHz), frames - 1); i < frames; ++i) {
         typical.add(static_cast<int64_t>(median(times[i])));
         typicalCpu.add(static_cast<int64_t>(median(cpuTimes[i])));
     }
