@@ -102,7 +102,7 @@ std::vector<std::byte> pictureOf(ig::app::ImageGenerator& generator, uint64_t fi
     for (uint64_t slot = firstSlot; slot < firstSlot + 3; ++slot) {
         generator.frame(1'000'000'000 + static_cast<int64_t>(slot) * 16'666'667, slot);
     }
-    generator.finish(0, 0.05);
+    generator.finish(0.05);
     REQUIRE_FALSE(picture.empty());
     return picture;
 }
