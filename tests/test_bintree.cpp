@@ -111,6 +111,38 @@ TEST_CASE("codes round upward by at most an octave's eighth")
     CHECK(1.0 / (1.0 - kMorphBand) == Approx(std::exp2(1.0 / kCodesPerOctave)).epsilon(1e-14));
 }
 
+TEST_CASE("triangles listed as wholly in view are, wherever the morph has their corners, and are many")
+{
+    std::mt19937 random(12);
+    size_t inView = 0;
+    size_t all = 0;
+    for (const Named& named : terrains()) {
+        for (int i = 0; i < 12; ++i) {
+            const ViewState view = randomView(named.terrain, random);
+            const DrawList list = refine(named.terrain, view, settingsOf(6'000, 0.5F, i % 2 == 0));
+            test::TreeTerrain terrain = named.terrain;
+            terrain.morph = list.morph;
+            const auto triangles = test::trianglesOf(terrain, list);
+            size_t at = 0;
+            size_t outside = 0;
+            for (const ig::lod::PageList& pageList : list.lists) {
+                REQUIRE(pageList.inView <= pageList.count);
+                for (uint32_t k = 0; k < pageList.inView; k += 3) {
+                    for (const test::Post& post : triangles[at + k / 3]) {
+                        outside += test::isInView(view, test::drawnPlace(terrain, post, view.eye.m)) ? 0 : 1;
+                    }
+                }
+                at += pageList.count / 3;
+                inView += pageList.inView;
+            }
+            all += list.indices.size();
+            INFO(named.name << " " << i);
+            REQUIRE(outside == 0);
+        }
+    }
+    CHECK(10 * inView > all);
+}
+
 TEST_CASE("the mesh is watertight, covers what is in view once and keeps the budget, from any eye")
 {
     std::mt19937 random(2);

@@ -23,11 +23,12 @@ public:
                                       const RendererSettings& settings);
 
     // Program, uniforms and fixed state of a frame. The target is bound.
-    void begin(const ViewState& view) const;
+    void begin(const ViewState& view);
 
-    // Draws tiles or page lists in the given order; one whose page has no slot is left out (asserted). A few
-    // GL calls for all of them with base-vertex draws, and three for each tile that is on the way; without,
-    // two and one per attribute for each. Returns the bytes of indices that it streamed.
+    // Draws tiles or page lists in the given order, first what is wholly in view and then, both faces of it,
+    // what may have to be clipped (terrain_pass.cpp); one whose page has no slot is left out (asserted). A
+    // few GL calls for all of them with base-vertex draws, and three for each tile that is on the way;
+    // without, two and one per attribute for each. Returns the bytes of indices that it streamed.
     uint64_t draw(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage);
 
     // The weights of page lists' vertices, for those who draw lists of their own after begin().
@@ -47,6 +48,9 @@ private:
         std::array<GLint, kCapacity> baseVertex{};
     };
 
+    // What a frame draws in two turns.
+    enum class Part { inView, across };
+    void startPart(Part part) const;
     void drawTiles(const PageStore& store, std::span<const lod::DrawItem> items,
                    std::span<const int32_t> slotOfPage);
     void setWeights(const lod::DrawItem& item);
@@ -74,6 +78,7 @@ private:
     bool _flushInParts = false; // ContextInfo::flushInParts
     size_t _partIndices = 0;    // that make a part of this frame
     size_t _unflushed = 0;      // indices of the part so far
+    bool _farPlane = false;     // of the frame, may clip ground
     bool _weighted = false;     // the uniforms of tiles are those of a tile on the way
 };
 

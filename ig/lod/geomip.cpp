@@ -31,6 +31,13 @@ size_t nodeCapacity(const GeomipSettings& settings)
     return 4 * (2 * size_t{tilesOf(settings)} + 256) + 1;
 }
 
+// Whether no vertex on its sides is on the way.
+bool isDrawnThrough(const DrawItem& item)
+{
+    return std::all_of(item.sideWeight.begin(), item.sideWeight.end(),
+                       [](float weight) { return weight >= 1.0F; });
+}
+
 void want(int32_t page, DrawList& out)
 {
     const auto wanted = static_cast<uint32_t>(page);
@@ -242,9 +249,7 @@ float GeomipSelector::itemErrorPx(const TileTree& tree, int32_t index, const Dra
 {
     const TileNode& node = tree[index];
     double errorM = node.errorM;
-    const bool drawnThrough = std::all_of(item.sideWeight.begin(), item.sideWeight.end(),
-                                          [](float weight) { return weight >= 1.0F; });
-    if (node.key.depth == _shape.deepestPage + 2 && (item.stitch != 0 || !drawnThrough)) {
+    if (node.key.depth == _shape.deepestPage + 2 && (item.stitch != 0 || !isDrawnThrough(item))) {
         errorM = _pages[static_cast<size_t>(node.page)].stitchedErrorM;
     }
     if (item.weight < 1.0F) {
@@ -277,6 +282,9 @@ void GeomipSelector::emit(const TileTree& tree, const TileTree::Look& look, Draw
         if (_settings.morph) {
             GeomipMorph::weigh(tree, index, item);
         }
+        // On its way a tile lies between its own surface and its parent's.
+        const bool atRest = node.parent < 0 || (item.weight >= 1.0F && isDrawnThrough(item));
+        item.inView = (atRest ? node : tree[node.parent]).planes == 0;
         item.errorPx = itemErrorPx(tree, index, item, look);
         out.stats.errorPx = std::max(out.stats.errorPx, item.errorPx);
         out.stats.triangles += static_cast<uint32_t>(

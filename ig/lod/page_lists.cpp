@@ -35,7 +35,8 @@ PageLists::PageLists(const PageGraph& graph, const VertexTree& tree)
     const size_t windows = size_t{12} * graph.slots() + 4;
     _clusters.reserve(windows * kWindowClusters + graph.slots() * kTopClusters);
     _indices.reserve(_clusters.capacity());
-    _visible.reserve(kTop * kWindowClusters + kTopClusters);
+    _inside.reserve(kTop * kWindowClusters + kTopClusters);
+    _across.reserve(_inside.capacity());
 }
 
 void PageLists::update(std::span<const int32_t> drawn)
@@ -342,15 +343,18 @@ void PageLists::closeCluster()
     _making.cluster = kNone;
 }
 
-// False when the cluster's box lies wholly beyond one of them.
-inline bool PageLists::FourPlanes::meets(const Cluster& cluster) const noexcept
+// Of the cluster's box: wholly beyond one of them, wholly inside all, or neither.
+inline PageLists::Side PageLists::FourPlanes::side(const Cluster& cluster) const noexcept
 {
+    const auto any = [](const auto& of) { return (of[0] | of[1] | of[2] | of[3]) != 0; };
     const glm::vec3& m = cluster.middle;
     const glm::vec3& h = cluster.half;
-    // Of the box's corner that is farthest along each normal.
-    const Four side = x * m.x + y * m.y + z * m.z + w + absX * h.x + absY * h.y + absZ * h.z;
-    const auto beyond = side < Four{};
-    return (beyond[0] | beyond[1] | beyond[2] | beyond[3]) == 0;
+    const Four middle = x * m.x + y * m.y + z * m.z + w;
+    const Four reach = absX * h.x + absY * h.y + absZ * h.z + slack;
+    if (any(middle + reach < Four{})) {
+        return Side::beyond;
+    }
+    return any(middle - reach < Four{}) ? Side::across : Side::inside;
 }
 
 void PageLists::prefetch(int32_t slot) const noexcept
@@ -370,10 +374,9 @@ void PageLists::prefetchClusters(int32_t slot) const noexcept
     }
 }
 
-uint32_t PageLists::gather(int32_t slot, const glm::dvec3& eye, std::span<const glm::dvec4> planes,
-                           unsigned mask, size_t capacity, std::vector<uint16_t>& indices) const
+PageLists::Gathered PageLists::gather(int32_t slot, const glm::dvec3& eye, std::span<const glm::dvec4> planes,
+                                      unsigned mask, size_t capacity, std::vector<uint16_t>& indices) const
 {
-    // Moved out by what floats leave of them.
     std::array<FourPlanes, 2> tested{};
     size_t count = 0;
     const glm::dvec3 middle = _graph[slot].box.centre - eye;
@@ -389,33 +392,45 @@ uint32_t PageLists::gather(int32_t slot, const glm::dvec3& eye, std::span<const 
             four.absX[at] = std::abs(normal.x);
             four.absY[at] = std::abs(normal.y);
             four.absZ[at] = std::abs(normal.z);
-            four.w[at] = static_cast<float>(w + 1e-6 * std::abs(w) + 1e-3);
+            four.w[at] = static_cast<float>(w);
+            four.slack[at] = static_cast<float>(1e-6 * std::abs(w) + 1e-3);
         }
     }
-    _visible.clear();
+    _inside.clear();
+    _across.clear();
     for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
         for (uint32_t at = first; at != kNone;) {
             const Cluster& cluster = _clusters[at];
-            if (count == 0 || (tested[0].meets(cluster) && (count <= 4 || tested[1].meets(cluster)))) {
+            Side side = count == 0 ? Side::inside : tested[0].side(cluster);
+            if (count > 4 && side != Side::beyond) {
+                side = std::min(side, tested[1].side(cluster));
+            }
+            if (side != Side::beyond) {
                 const std::byte* const line = reinterpret_cast<const std::byte*>(&_indices[at]);
                 for (size_t byte = 0; byte < cluster.triangles * 3 * sizeof(uint16_t); byte += kLineBytes) {
                     __builtin_prefetch(line + byte);
                 }
-                _visible.push_back(at);
+                (side == Side::inside ? _inside : _across).push_back(at);
             }
             at = cluster.next;
         }
     }
-    uint32_t triangles = 0;
-    for (const uint32_t at : _visible) {
-        const uint32_t added = _clusters[at].triangles;
-        triangles += added;
-        if (indices.size() + size_t{3} * added <= capacity) {
-            const auto from = _indices[at].of.begin();
-            indices.insert(indices.end(), from, from + 3 * added);
+    const size_t start = indices.size();
+    Gathered gathered;
+    const auto append = [&](const std::vector<uint32_t>& clusters) {
+        for (const uint32_t at : clusters) {
+            const uint32_t added = _clusters[at].triangles;
+            gathered.triangles += added;
+            if (indices.size() + size_t{3} * added <= capacity) {
+                const auto from = _indices[at].of.begin();
+                indices.insert(indices.end(), from, from + 3 * added);
+            }
         }
-    }
-    return triangles;
+    };
+    append(_inside);
+    gathered.inView = static_cast<uint32_t>(indices.size() - start);
+    append(_across);
+    return gathered;
 }
 
 double PageLists::boundPx(int32_t slot, const Cut& cut, double px) const

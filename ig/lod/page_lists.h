@@ -46,13 +46,18 @@ public:
     void prefetch(int32_t slot) const noexcept;
     void prefetchClusters(int32_t slot) const noexcept;
 
-    // Appends the indices of a page's clusters that the frustum meets and returns their triangles; what would
-    // make more than `capacity` indices is counted and left out. planes: those that the page is not wholly
-    // inside of (Visibility::PlaneMask).
-    uint32_t gather(int32_t slot, const glm::dvec3& eye, std::span<const glm::dvec4> planes, unsigned mask,
+    // Appends the indices of a page's clusters that the frustum meets, first those that lie wholly inside;
+    // what would make more than `capacity` indices is counted and left out. planes: those that the page is
+    // not wholly inside of (Visibility::PlaneMask).
+    struct Gathered {
+        uint32_t triangles = 0;
+        uint32_t inView = 0; // indices of the clusters wholly inside
+    };
+    Gathered gather(int32_t slot, const glm::dvec3& eye, std::span<const glm::dvec4> planes, unsigned mask,
                     size_t capacity, std::vector<uint16_t>& indices) const;
 
 private:
+    enum class Side { beyond, across, inside };
     static constexpr uint32_t kClusterTriangles = 32;
     static constexpr uint32_t kNone = UINT32_MAX;
     static constexpr size_t kTop = 16; // the list of what is in no window
@@ -111,7 +116,8 @@ private:
         Four x{}, y{}, z{};             // normal
         Four absX{}, absY{}, absZ{};    // its absolute values
         Four w{1.0F, 1.0F, 1.0F, 1.0F}; // unused ones have everything inside
-        bool meets(const Cluster& cluster) const noexcept;
+        Four slack{};                   // what floats leave of w, m
+        Side side(const Cluster& cluster) const noexcept;
     };
 
     void markAround(VertexId v);
@@ -136,8 +142,8 @@ private:
     std::vector<Page> _pages; // by slot
     std::vector<int32_t> _drawn;
     std::vector<Cluster> _clusters;
-    std::vector<Indices> _indices;          // of the clusters
-    mutable std::vector<uint32_t> _visible; // scratch of gather()
+    std::vector<Indices> _indices;                  // of the clusters
+    mutable std::vector<uint32_t> _inside, _across; // scratch of gather()
     uint32_t _freeCluster = kNone;
     uint32_t _made = 0;
     Making _making;

@@ -419,12 +419,13 @@ uint32_t TreeSelector::gatherLists(const ViewState& view, DrawList& out)
         }
         const Visit& visit = _visits[_order[i].visit];
         const auto first = static_cast<uint32_t>(out.indices.size());
-        triangles +=
+        const PageLists::Gathered gathered =
             _lists.gather(visit.slot, view.eye.m, _planes, visit.planes, size_t{3} * _budget, out.indices);
+        triangles += gathered.triangles;
         const auto count = static_cast<uint32_t>(out.indices.size()) - first;
         if (count > 0) {
-            out.lists.push_back(
-                {static_cast<uint32_t>(visit.page), first, count, static_cast<float>(visit.distanceM)});
+            out.lists.push_back({static_cast<uint32_t>(visit.page), first, count,
+                                 static_cast<float>(visit.distanceM), gathered.inView});
         }
     }
     return triangles;

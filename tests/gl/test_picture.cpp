@@ -154,11 +154,14 @@ TEST_CASE("every pixel of the sky has the colour of its elevation, at any attitu
     }
 }
 
-TEST_CASE("the inside of the terrain is not drawn", "[gl]")
+TEST_CASE("the inside of what need not be clipped is not drawn", "[gl]")
 {
     Stage stage(small());
+    stage.renderer().upload(0, makePage(quarters(), 0, 0, 0));
+    ig::lod::DrawList list = onePage();
+    list.items.front().inView = true;
     const Image image =
-        stage.draw(viewFrom(above(-200.0), {0.0, -kDown, 0.0}, 1.0, 160, 120), makePage(quarters(), 0, 0, 0));
+        stage.draw(viewFrom(above(-200.0), {0.0, -kDown, 0.0}, 1.0, 160, 120), list, std::vector<int32_t>{0});
     CHECK(image.skyPixels() == 160 * 120);
 }
 
