@@ -404,9 +404,9 @@ TEST_CASE("pages that are all in memory show what is shown while some have no ro
     const auto inMemory = generatorOf(settings, log);
     settings.terrain.pageCacheMib = 1;
     const auto paging = generatorOf(settings, log);
-    const ig::app::RunSummary all = inMemory->summary(0, 0);
+    const ig::app::RunSummary all = inMemory->summary(0);
     CHECK(all.pageSlots == 21); // 1 + 4 + 16
-    CHECK(paging->summary(0, 0).pageSlots < all.pageSlots);
+    CHECK(paging->summary(0).pageSlots < all.pageSlots);
     CHECK((pictureOf(*inMemory) == pictureOf(*paging)));
 }
 
@@ -457,7 +457,7 @@ TEST_CASE("a host that asks for heights gets the pictures of one that does not")
                 pictures.insert(pictures.end(), newest.begin(), newest.end());
             }
         }
-        CHECK((generator.summary(0, 0).queries.answers > 0) == asks);
+        CHECK((generator.summary(0).queries.answers > 0) == asks);
         return pictures;
     };
     const std::vector<std::byte> silent = fly(false);

@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <limits>
@@ -303,6 +304,7 @@ public:
         addSinks();
         addMetrics();
         addLog();
+        measureNoise();
         countTiles();
         _out.target = _context.info().renderer + " / " + _context.info().version;
         return std::move(_out);
@@ -451,9 +453,12 @@ private:
 
     void addRedraw()
     {
+        _scene->frame(false);
+        const std::vector<std::byte> kept = _scene->picture();
         PartCost cost;
         cost.frameMs = leastMsMore([&] { _scene->frame(false); }, [&] { _scene->frame(true); });
-        cost.changedPixels = 0;
+        _scene->frame(false);
+        cost.changedPixels = changedPixels(kept, _scene->picture());
         add("drawing what did not change", !_settings.output.skipIdentical,
             fmt::format("output.skip_identical is {}", _settings.output.skipIdentical), cost);
     }
@@ -651,6 +656,13 @@ private:
                 writer->offer({});
                 return writer;
             }));
+    }
+
+    // What a difference of frames says on this target.
+    void measureNoise()
+    {
+        const auto frame = [this] { _scene->frame(false); };
+        _out.noiseMs = std::abs(leastMsMore(frame, frame));
     }
 
     void countTiles()

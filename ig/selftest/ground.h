@@ -27,7 +27,7 @@ struct GroundPlan {
 };
 
 const char* nameOf(lod::Method method) noexcept;
-constexpr std::array kMethods{lod::Method::hybrid, lod::Method::bintree, lod::Method::geomip};
+inline constexpr std::array kMethods{lod::Method::hybrid, lod::Method::bintree, lod::Method::geomip};
 
 // Posts 50 m apart in both directions, the grid's middle at a place in degrees; heights to 0.1 m.
 terrain::GridPlace placeAround(double latitudeDeg, double longitudeDeg, uint32_t cols, uint32_t rows);

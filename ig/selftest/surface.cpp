@@ -35,7 +35,6 @@ glm::dvec3 placeOf(const Ground& ground, const Post& p, double weight)
                                    [&](int c, int r) { return ground.position(c, r); });
     return start ? *start * (1.0 - weight) + own * weight : own;
 }
-}
 
 bool hasMorph(const Ground& ground, const Post& p)
 {

@@ -36,11 +36,10 @@ const char* decisionText(const Json& ratio);
 inline constexpr const char* kTimesCompared =
     "the median over the frames of a pass of the ratio that a frame has in it, mean of the passes, 95 % by "
     "Student's t";
-inline constexpr const char* kRecommendedBy = "Of hybrid, the default method, the setting with the smallest "
-                                              "error whose p99 frame time, of frames in their "
-                                              "median pass, is within the frame; one of another method only "
-                                              "where it has less error, surely fits in each "
-                                              "pass, and hybrid surely takes longer for its error.";
+inline constexpr const char* kRecommendedBy =
+    "Of hybrid, the default method, the setting with the smallest error whose p99 frame time, of frames in "
+    "their median pass, is within the frame; one of another method only where it has less error, surely fits "
+    "in each pass, and hybrid surely takes longer for its error.";
 
 // Of the settings that morph, for each picture size:
 //   largest_budget_within_frame_time  of each method, by its p99 frame time; null where none is
@@ -48,8 +47,8 @@ inline constexpr const char* kRecommendedBy = "Of hybrid, the default method, th
 //                hybrid, the default method, the one with the smallest error (largest of the sample, in the
 //                median frame). One of another method only where it has less error, the p99 of its passes is
 //                within frameTimeMs with its whole interval, and hybrid is slower at its error with the whole
-//                interval, or has no such error at any time; then the one with the smallest error. None where
-//                none fits.
+//                interval, or has no such error at any time; then the one with the smallest error. Never
+//                soar, which is no method of the image generator. None where none fits.
 //   hybrid_at_equal_error  per setting the time of hybrid over that of another method, both with at most the
 //                error of the setting, see kTimesCompared: of one of hybrid against the other method that it
 //                does worst against, of one of another method the least that hybrid takes for it. Pairs go
