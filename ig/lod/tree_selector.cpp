@@ -35,8 +35,9 @@ constexpr double kReachStep = 0.001;
 constexpr double kReachGainDown = 0.04;
 constexpr double kReachStepDown = 0.0015;
 // Below the budget by so much when a frame would exceed it, and twice as much in each further trial: a small
-// step ends few live ranges.
+// step ends few live ranges. After a jump there are none.
 constexpr double kFittingSlack = 0.0005;
+constexpr double kJumpSlack = 0.01;
 constexpr double kFarShare = 0.85; // below it, larger steps
 // With less than this share the view has changed as by a jump.
 constexpr double kJumpShare = 0.5;
@@ -174,6 +175,7 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
     const uint32_t budget = _budget;
     double fits = 0.0; // the largest reach known to fit, the smallest known not to
     double fails = std::numeric_limits<double>::infinity();
+    const double slack = motion.jumped ? kJumpSlack : kFittingSlack;
     bool settles = motion.jumped;
     VertexTree::Turn turn = motion.turn;
     for (int trial = 0; trial < kTrials; ++trial) {
@@ -182,7 +184,7 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
         settles = settles || triangles < kJumpShare * budget;
         if (triangles > budget) {
             fails = reach;
-            const double aimed = (1.0 - std::ldexp(kFittingSlack, trial)) * budget;
+            const double aimed = (1.0 - std::ldexp(slack, trial)) * budget;
             reach = fits > 0.0 ? std::sqrt(fits * fails) : fails * std::max(aimed / triangles, 0.3);
             continue;
         }

@@ -19,7 +19,7 @@ namespace {
 constexpr double kMetresPerTick = 0.5;
 constexpr double kReachSharePerTick = 4e-5;
 constexpr double kRollPerTick = 3.5e-4; // radians
-constexpr double kTiltPerTick = 4.5e-5;
+constexpr double kTiltPerTick = 6e-5;
 // Rounding of positions and distances, generously.
 constexpr double kRoundingM = 1e-4;
 constexpr double kRoundingShare = 1e-12;
