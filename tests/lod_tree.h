@@ -12,6 +12,7 @@
 
 #include <array>
 #include <functional>
+#include <map>
 #include <memory>
 
 namespace test {
@@ -225,6 +226,20 @@ inline glm::dvec3 drawnPlace(const TreeTerrain& t, const Post& p, const glm::dve
     }
     const auto start = t.start(p[0], p[1]);
     return start ? *start * (1 - w) + own * w : own;
+}
+
+// Where a draw list has the corners of its triangles.
+inline std::map<Post, glm::dvec3> drawnPlaces(TreeTerrain t, const ig::lod::DrawList& list,
+                                              const glm::dvec3& eye)
+{
+    t.morph = list.morph;
+    std::map<Post, glm::dvec3> places;
+    for (const auto& posts : trianglesOf(t, list)) {
+        for (const Post& post : posts) {
+            places[post] = drawnPlace(t, post, eye);
+        }
+    }
+    return places;
 }
 
 } // namespace test

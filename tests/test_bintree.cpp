@@ -557,14 +557,7 @@ TEST_CASE("a flight moves the surface smoothly: no vertex jumps, comes or goes b
                 test::at(terrain.shape, 128, 200 - frame * stepM / (0.0005 * 111'200), 1100), {0, -0.15, 0});
             selector->select(view, list);
             REQUIRE(list.stats.tauPx == Approx(4.0F));
-            test::TreeTerrain morphing = terrain;
-            morphing.morph = list.morph;
-            std::map<test::Post, glm::dvec3> now;
-            for (const auto& posts : test::trianglesOf(terrain, list)) {
-                for (const test::Post& post : posts) {
-                    now[post] = test::drawnPlace(morphing, post, view.eye.m);
-                }
-            }
+            std::map<test::Post, glm::dvec3> now = test::drawnPlaces(terrain, list, view.eye.m);
             // |dw| <= step / (b kappa delta), over at most delta metres; the cut moves while speed builds up.
             const double allowedM = stepM / (kMorphBand * list.morph.reach) * 1.0001 + 1e-6;
             if (frame > 1 && list.morph.cutM == cutBefore) {

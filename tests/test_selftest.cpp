@@ -114,6 +114,19 @@ std::unique_ptr<ig::app::ImageGenerator> generatorOf(const config::Settings& set
     return *std::move(made);
 }
 
+// Hills in a small picture that waits for its pages, and no host.
+struct SmallHills {
+    SmallHills()
+    {
+        settings.host.listen.clear();
+        settings.terrain.waitForPages = true;
+    }
+
+    test::TempDir dir;
+    Silent log;
+    config::Settings settings = smallPicture(makeDataset(dir, "whole", hills));
+};
+
 } // namespace
 
 TEST_CASE("every extreme case holds its limit")
@@ -308,15 +321,12 @@ TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and wh
     }
 }
 
-TEST_CASE("the run and its view with the highest rate have missed the same slots, to the newest frame")
+TEST_CASE_METHOD(SmallHills,
+                 "the run and its view with the highest rate have missed the same slots, to the newest frame")
 {
     if (!hasDriver()) {
         return;
     }
-    const test::TempDir dir;
-    Silent log;
-    config::Settings settings = smallPicture(makeDataset(dir, "whole", hills));
-    settings.host.listen.clear();
     for (const bool several : {false, true}) {
         if (several) {
             settings.views.resize(2);
@@ -336,15 +346,11 @@ TEST_CASE("the run and its view with the highest rate have missed the same slots
     }
 }
 
-TEST_CASE("without a host the same pictures are drawn, and no port is opened")
+TEST_CASE_METHOD(SmallHills, "without a host the same pictures are drawn, and no port is opened")
 {
     if (!hasDriver()) {
         return;
     }
-    const test::TempDir dir;
-    Silent log;
-    config::Settings settings = smallPicture(makeDataset(dir, "whole", hills));
-    settings.terrain.waitForPages = true;
     std::array<std::vector<std::byte>, 2> pictures;
     for (const bool host : {false, true}) {
         settings.host.listen = host ? "127.0.0.1:0" : "";
@@ -362,16 +368,11 @@ TEST_CASE("without a host the same pictures are drawn, and no port is opened")
     CHECK_THAT(refused.error().message, Catch::Contains("host.record") && Catch::Contains("host.listen"));
 }
 
-TEST_CASE("frames that nobody reads show the same to a sink that comes later")
+TEST_CASE_METHOD(SmallHills, "frames that nobody reads show the same to a sink that comes later")
 {
     if (!hasDriver()) {
         return;
     }
-    const test::TempDir dir;
-    Silent log;
-    config::Settings settings = smallPicture(makeDataset(dir, "whole", hills));
-    settings.host.listen.clear();
-    settings.terrain.waitForPages = true;
     const std::vector<std::byte> read = pictureOf(*generatorOf(settings, log));
     for (const bool skips : {false, true}) {
         INFO((skips ? "not drawn again" : "drawn again"));
@@ -390,16 +391,11 @@ TEST_CASE("frames that nobody reads show the same to a sink that comes later")
     CHECK((pictureOf(*generatorOf(settings, log)) == read));
 }
 
-TEST_CASE("pages that are all in memory show what is shown while some have no room")
+TEST_CASE_METHOD(SmallHills, "pages that are all in memory show what is shown while some have no room")
 {
     if (!hasDriver()) {
         return;
     }
-    const test::TempDir dir;
-    Silent log;
-    config::Settings settings = smallPicture(makeDataset(dir, "whole", hills));
-    settings.host.listen.clear();
-    settings.terrain.waitForPages = true;
     settings.terrain.triangleBudget = 4'000;
     const auto inMemory = generatorOf(settings, log);
     settings.terrain.pageCacheMib = 1;

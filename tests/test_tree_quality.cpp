@@ -162,14 +162,7 @@ void fly(const test::TreeTerrain& terrain, const TreeSettings& settings, int fra
     for (int frame = 0; frame < frames; ++frame) {
         const ViewState view = nextView();
         selector->select(view, list);
-        test::TreeTerrain morphing = terrain;
-        morphing.morph = list.morph;
-        std::map<test::Post, glm::dvec3> now;
-        for (const auto& posts : test::trianglesOf(terrain, list)) {
-            for (const test::Post& post : posts) {
-                now[post] = test::drawnPlace(morphing, post, view.eye.m);
-            }
-        }
+        std::map<test::Post, glm::dvec3> now = test::drawnPlaces(terrain, list, view.eye.m);
         // |dw| <= (step + delta |dkappa| + kappa |dcut|) / (b kappa delta), over delta metres.
         const double movedM = glm::length(view.eye.m - eyeBefore);
         const double reach = std::min(last.reach, list.morph.reach);

@@ -31,7 +31,12 @@ public:
     // without, two and one per attribute for each. Returns the bytes of indices that it streamed.
     uint64_t draw(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage);
 
-    // The weights of page lists' vertices, for those who draw lists of their own after begin().
+    // What a frame draws in two turns: what needs no clipping, then what may.
+    enum class Part { inView, across };
+
+    // Which faces are drawn, and the weights of page lists' vertices: for those who draw lists of their own
+    // after begin().
+    void startPart(Part part) const;
     void setMorph(const lod::MorphState& morph) const;
 
     // Range of an item in the index buffer's copy, for those who make lists of their own.
@@ -48,9 +53,6 @@ private:
         std::array<GLint, kCapacity> baseVertex{};
     };
 
-    // What a frame draws in two turns.
-    enum class Part { inView, across };
-    void startPart(Part part) const;
     void drawTiles(const PageStore& store, std::span<const lod::DrawItem> items,
                    std::span<const int32_t> slotOfPage);
     void setWeights(const lod::DrawItem& item);

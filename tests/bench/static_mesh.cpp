@@ -45,19 +45,26 @@ ig::Result<StaticMesh> StaticMesh::create(const Context& context, const Renderer
 
 void StaticMesh::setTriangles(const ig::lod::DrawList& list, std::span<const int32_t> slotOfPage)
 {
+    std::vector<uint32_t> across;
     _scratch.clear();
+    const auto append = [](std::vector<uint32_t>& to, uint32_t base, std::span<const uint16_t> indices) {
+        for (const uint16_t index : indices)
+            to.push_back(base + index);
+    };
     const TileIndices& tiles = _terrain.tiles();
     for (const ig::lod::DrawItem& item : list.items) {
         const uint32_t base = static_cast<uint32_t>(slotOfPage[item.page]) * kPageVertices + tileCorner(item);
         const TileIndices::Range range = tiles.range(item);
-        for (const uint16_t index : tiles.indices().subspan(range.first, range.count))
-            _scratch.push_back(base + index);
+        append(item.inView ? _scratch : across, base, tiles.indices().subspan(range.first, range.count));
     }
     for (const ig::lod::PageList& pageList : list.lists) {
         const uint32_t base = static_cast<uint32_t>(slotOfPage[pageList.page]) * kPageVertices;
-        for (const uint16_t index : std::span(list.indices).subspan(pageList.first, pageList.count))
-            _scratch.push_back(base + index);
+        const auto indices = std::span(list.indices).subspan(pageList.first, pageList.count);
+        append(_scratch, base, indices.first(pageList.inView));
+        append(across, base, indices.subspan(pageList.inView));
     }
+    _inView = static_cast<GLsizei>(_scratch.size());
+    _scratch.insert(_scratch.end(), across.begin(), across.end());
     _morph = list.morph;
     _count = static_cast<GLsizei>(_scratch.size());
     glBindVertexArray(_vertexArray.name());
@@ -73,7 +80,11 @@ void StaticMesh::draw(const ig::ViewState& view)
     _terrain.setMorph(_morph);
     _store.bindArray(0);
     glBindVertexArray(_vertexArray.name());
-    glDrawElements(GL_TRIANGLES, _count, GL_UNSIGNED_INT, nullptr);
+    _terrain.startPart(TerrainPass::Part::inView);
+    glDrawElements(GL_TRIANGLES, _inView, GL_UNSIGNED_INT, nullptr);
+    _terrain.startPart(TerrainPass::Part::across);
+    glDrawElements(GL_TRIANGLES, _count - _inView, GL_UNSIGNED_INT,
+                   reinterpret_cast<const void*>(static_cast<size_t>(_inView) * sizeof(uint32_t)));
     glBindVertexArray(0);
     _sky.draw(view);
 }

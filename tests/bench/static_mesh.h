@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The yardstick of drawing: the same triangles with the same shaders from one static index buffer, in one
-// call. What a level-of-detail renderer costs beyond this is its own overhead.
+// The yardstick of drawing: the same triangles with the same shaders and faces from one static index buffer,
+// in two calls. What a level-of-detail renderer costs beyond this is its own overhead.
 #pragma once
 
 #include "ig/gl/page_store.h"
@@ -24,10 +24,11 @@ public:
 
     void upload(uint32_t slot, const ig::data::PageMesh& mesh) { _store.upload(slot, mesh); }
 
-    // Makes the index buffer of a draw list's triangles, in its order. Outside of what is timed.
+    // Makes the index buffer of a draw list's triangles, what is wholly in view first. Outside of what is
+    // timed. Views without a far plane.
     void setTriangles(const ig::lod::DrawList& list, std::span<const int32_t> slotOfPage);
 
-    // Terrain in one call, then the sky, as Renderer::draw does.
+    // Terrain in two calls, then the sky, as Renderer::draw does.
     void draw(const ig::ViewState& view);
     void read(std::span<std::byte> rgba) const { _target.read(rgba); }
 
@@ -38,7 +39,7 @@ private:
     ig::gl::SkyPass _sky;
     ig::gl::VertexArray _vertexArray;
     ig::gl::Buffer _indices;
-    GLsizei _count = 0;
+    GLsizei _count = 0, _inView = 0;
     ig::lod::MorphState _morph;
     std::vector<uint32_t> _scratch;
 };
