@@ -349,8 +349,8 @@ inline bool PageLists::FourPlanes::meets(const Cluster& cluster) const noexcept
     const glm::vec3& h = cluster.half;
     // Of the box's corner that is farthest along each normal.
     const Four side = x * m.x + y * m.y + z * m.z + w + absX * h.x + absY * h.y + absZ * h.z;
-    const auto beyond = side < Four{};
-    return (beyond[0] | beyond[1] | beyond[2] | beyond[3]) == 0;
+    const auto beyond = std::bit_cast<std::array<uint64_t, 2>>(side < Four{});
+    return (beyond[0] | beyond[1]) == 0;
 }
 
 void PageLists::prefetch(int32_t slot) const noexcept
@@ -366,6 +366,7 @@ void PageLists::prefetchClusters(int32_t slot) const noexcept
     for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
         if (first != kNone) {
             __builtin_prefetch(&_clusters[first]);
+            __builtin_prefetch(&_indices[first]); // most clusters are in view
         }
     }
 }
