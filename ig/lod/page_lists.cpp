@@ -349,8 +349,8 @@ inline bool PageLists::FourPlanes::meets(const Cluster& cluster) const noexcept
     const glm::vec3& h = cluster.half;
     // Of the box's corner that is farthest along each normal.
     const Four side = x * m.x + y * m.y + z * m.z + w + absX * h.x + absY * h.y + absZ * h.z;
-    const auto beyond = std::bit_cast<std::array<uint64_t, 2>>(side < Four{});
-    return (beyond[0] | beyond[1]) == 0;
+    const auto beyond = side < Four{};
+    return (beyond[0] | beyond[1] | beyond[2] | beyond[3]) == 0;
 }
 
 void PageLists::prefetch(int32_t slot) const noexcept
