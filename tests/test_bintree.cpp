@@ -288,7 +288,8 @@ TEST_CASE("live ranges change nothing but the work: the same lists in each frame
             INFO(named.name << ": " << lively << " of " << all);
             CHECK(lively <= all);
             if (std::string(named.name) == "hills") {
-                CHECK(lively < all / 3); // it turns by 34 and rolls by 58 degrees a second
+                // It turns by 34 degrees a second, which only vertices that are culled by themselves mind.
+                CHECK(lively < all / (cullVertices ? 3 : 8));
             }
         }
     }

@@ -370,6 +370,7 @@ void PageLists::prefetchClusters(int32_t slot) const noexcept
     for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
         if (first != kNone) {
             __builtin_prefetch(&_clusters[first]);
+            __builtin_prefetch(&_indices[first]); // most clusters are in view
         }
     }
 }
