@@ -226,7 +226,7 @@ TEST_CASE("of finished pages only those among the first so many requests are tak
     GatedSource source(dataset);
     source.set(true);
     data::PageLoaderSettings settings;
-    settings.threads = 1; // pages are finished in order
+    settings.threads = 1;                                 // pages are finished in order
     const data::PageHeights root = heightsOf(dataset, 0); // outlives the loader, which still reads page 3
     data::PageLoader loader(source, dataset.info(), dataset.pages(), settings);
     loader.request(std::array<data::PageRequest, 3>{{{1, &root}, {2, &root}, {3, &root}}});

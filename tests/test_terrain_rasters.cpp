@@ -564,7 +564,7 @@ TEST_CASE("the whole Earth's raster is flown over")
     const test::TempDir dir;
     const auto ground = selftest::Ground::of(built(of({world}), dir));
     REQUIRE(ground);
-    for (const lod::Method method : {lod::Method::hybrid, lod::Method::bintree, lod::Method::geomip})
+    for (const lod::Method method : selftest::kMethods)
         test::flyOver(*ground, method, 14);
 }
 
@@ -585,7 +585,7 @@ TEST_CASE("the Moon's raster is flown over")
     const test::TempDir dir;
     const auto ground = selftest::Ground::make(plan, dir.path());
     REQUIRE(ground);
-    for (const lod::Method method : {lod::Method::hybrid, lod::Method::bintree, lod::Method::geomip})
+    for (const lod::Method method : selftest::kMethods)
         test::flyOver(*ground, method, 60);
 }
 

@@ -70,8 +70,8 @@ Result<config::Settings> settingsOf(const SettingsArguments& arguments)
     if (auto apart = checkApart(read, written); !apart) {
         return Unexpected{apart.error()};
     }
-    for (const NamedFile& stored :
-         {written.front(), written.back()}) { // the others are opened before the flight
+    // Statistics and JSON; the others are opened before the flight.
+    for (const NamedFile& stored : {written.front(), written.back()}) {
         if (auto writable = checkWritable(stored); !writable) {
             return Unexpected{writable.error()};
         }

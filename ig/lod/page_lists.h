@@ -57,7 +57,7 @@ public:
                     size_t capacity, std::vector<uint16_t>& indices) const;
 
 private:
-    enum class Side { beyond, across, inside };
+    enum class Side { beyond, across, inside }; // of several planes the first of these counts
     static constexpr uint32_t kClusterTriangles = 32;
     static constexpr uint32_t kNone = UINT32_MAX;
     static constexpr size_t kTop = 16; // the list of what is in no window

@@ -18,8 +18,8 @@ namespace {
 // use the ring well. kappa's share is of its value when the tree was started.
 constexpr double kMetresPerTick = 0.5;
 constexpr double kReachSharePerTick = 4e-5;
-constexpr double kRollPerTick = 3.5e-4; // radians
-constexpr double kTiltPerTick = 6e-5;
+constexpr double kRollRadPerTick = 3.5e-4;
+constexpr double kTiltRadPerTick = 6e-5;
 // Rounding of positions and distances, generously.
 constexpr double kRoundingM = 1e-4;
 constexpr double kRoundingShare = 1e-12;
@@ -146,9 +146,9 @@ double VertexTree::ticksTo(const Criteria& criteria, const Turn& turn) const noe
         return kForever;
     }
     const double movedM = glm::length(criteria.eye - _criteria.eye);
-    const double ticks =
-        std::max({movedM / kMetresPerTick, std::abs(criteria.reach - _criteria.reach) / _kappaPerTick,
-                  _cullVertices ? std::max(turn.rollRad / kRollPerTick, turn.tiltRad / kTiltPerTick) : 0.0});
+    const double ticks = std::max(
+        {movedM / kMetresPerTick, std::abs(criteria.reach - _criteria.reach) / _kappaPerTick,
+         _cullVertices ? std::max(turn.rollRad / kRollRadPerTick, turn.tiltRad / kTiltRadPerTick) : 0.0});
     return ticks * (1.0 + 1e-9);
 }
 
@@ -346,9 +346,9 @@ VertexTree::Culling VertexTree::cull(const glm::dvec3& ray, double eyeM, double 
         const double insideM = glm::dot(normal, ray) + plane.w + radiusM;
         const double marginM = std::max(std::abs(insideM) - roundingM, 0.0);
         // What a tick uses up, but for the roll, whose share grows with what the ray has moved by.
-        const double steadyM = kMetresPerTick + (eyeM + marginM) * kTiltPerTick;
-        const double perTickM = steadyM + std::abs(glm::dot(normal, rolled)) * kRollPerTick;
-        const double growthM = kRollPerTick * (steadyM + (axisM + marginM) * kRollPerTick);
+        const double steadyM = kMetresPerTick + (eyeM + marginM) * kTiltRadPerTick;
+        const double perTickM = steadyM + std::abs(glm::dot(normal, rolled)) * kRollRadPerTick;
+        const double growthM = kRollRadPerTick * (steadyM + (axisM + marginM) * kRollRadPerTick);
         const double ticks =
             2.0 * marginM / (perTickM + std::sqrt(perTickM * perTickM + 2.0 * growthM * marginM));
         if (insideM >= 0.0) {

@@ -11,6 +11,7 @@
 #include <ctime>
 #include <limits>
 #include <map>
+#include <optional>
 
 namespace ig::selftest {
 
@@ -23,22 +24,11 @@ constexpr double kTrials = 30;
 // and no slow day.
 constexpr double kSelectionMs = 250;
 
-// Where a vertex is drawn that the morph has brought so far.
-glm::dvec3 placeOf(const Ground& ground, const Post& p, double weight)
+// Where a vertex morphs from, if it does.
+std::optional<glm::dvec3> startOf(const Ground& ground, const Post& p)
 {
-    const auto [col, row] = p;
-    const glm::dvec3& own = ground.position(col, row);
-    if (weight >= 1.0) {
-        return own;
-    }
-    const auto start = placeOnEdge(col, row, ground.size(), ground.cols(), ground.rows(),
-                                   [&](int c, int r) { return ground.position(c, r); });
-    return start ? *start * (1.0 - weight) + own * weight : own;
-}
-
-bool hasMorph(const Ground& ground, const Post& p)
-{
-    return lod::shareOfEdge(p, ground.size(), ground.cols(), ground.rows()).has_value();
+    return placeOnEdge(p[0], p[1], ground.size(), ground.cols(), ground.rows(),
+                       [&](int col, int row) { return ground.position(col, row); });
 }
 
 // Whether points are in view, one by one.
@@ -110,9 +100,11 @@ Surface surfaceOf(const Ground& ground, const lod::DrawList& list, const glm::dv
         auto& places = surface.places.emplace_back();
         for (size_t k = 0; k < 3; ++k) {
             posts[k] = postOf(node, corners[k]);
-            const double weight = hasMorph(ground, posts[k]) ? weigh(corners[k], posts[k]) : 1.0;
-            places[k] = placeOf(ground, posts[k], weight);
-            surface.onTheirWay += weight < 1.0 ? 1 : 0;
+            const glm::dvec3& own = ground.position(posts[k][0], posts[k][1]);
+            const double weight = weigh(corners[k], posts[k]);
+            const auto start = weight < 1.0 ? startOf(ground, posts[k]) : std::nullopt;
+            places[k] = start ? *start * (1.0 - weight) + own * weight : own;
+            surface.onTheirWay += start ? 1 : 0;
         }
     };
     for (const lod::PageList& part : list.lists) {

@@ -177,6 +177,12 @@ Result<Json> fly(Mode mode, double speedMs, const Options& options)
     const uint64_t readBefore = terrain.dataset().bytesRead();
     const int64_t flightNs = app::steadyNs();
     app::FrameSchedule schedule(flightNs, options.rateHz);
+    // As the image generator does between frames.
+    const auto waitFor = [&](int64_t nextStartNs) {
+        terrain.takeOverBefore(nextStartNs);
+        view.askForPages();
+        app::sleepUntil(nextStartNs);
+    };
     for (int64_t nowNs = flightNs;;) {
         const double timeS = static_cast<double>(nowNs - flightNs) * 1e-9;
         if (timeS > options.seconds) {
@@ -204,10 +210,7 @@ Result<Json> fly(Mode mode, double speedMs, const Options& options)
         frameMs.push_back(static_cast<double>(endNs - nowNs) * 1e-6);
         selectMs.push_back(static_cast<double>(stats.selectNs) * 1e-6);
         loadMs.push_back(static_cast<double>(stats.loadNs) * 1e-6);
-        const int64_t nextStartNs = schedule.nextStartNs(endNs);
-        terrain.takeOverBefore(nextStartNs);
-        view.askForPages();
-        app::sleepUntil(nextStartNs);
+        waitFor(schedule.nextStartNs(endNs));
         nowNs = app::steadyNs();
     }
     const double count = static_cast<double>(std::max<uint64_t>(frames, 1));
@@ -244,10 +247,7 @@ Result<Json> fly(Mode mode, double speedMs, const Options& options)
             if (stats.lod.tilesMissing == 0) {
                 break;
             }
-            const int64_t nextStartNs = nowNs + static_cast<int64_t>(1e9 / options.rateHz);
-            terrain.takeOverBefore(nextStartNs);
-            view.askForPages();
-            app::sleepUntil(nextStartNs);
+            waitFor(nowNs + static_cast<int64_t>(1e9 / options.rateHz));
         }
         out["frames_after_jump"] = jumped;
     }

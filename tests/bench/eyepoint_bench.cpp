@@ -12,9 +12,8 @@
 //             many would have been so without the wait for a core (see core_waits.h), and how many used so
 //             much CPU time that they would have been late at the usual ratio of wall time to it
 //   steadiness  the same paced flight three times, its first minute, each frame at its median: p99 / mean
-//   with
-//             little of the machine's share. Held: a pass before them decides the budgets, so that the three
-//             draw the same triangles; what disturbed that pass is in its budgets
+//             with little of the machine's share. Held: a pass before them decides the budgets, so that the
+//             three draw the same triangles; what disturbed that pass is in its budgets
 //   machine   p99 / mean of fixed arithmetic in place of frames: what the machine itself adds to pace
 #include "core_waits.h"
 #include "ig/app/command_line.h"

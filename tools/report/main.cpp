@@ -40,8 +40,8 @@ std::string parseAlso(const std::vector<std::string>& texts, ReportOptions& opti
         const auto setting = report::Setting::parsed(text);
         if (!setting || setting->budget < kLeastBudget || setting->budget > kMostBudget) {
             return "--also: '" + text +
-                   "' is no setting, expected METHOD-BUDGET or METHOD-nomorph-BUDGET, such as soar-14000 "
-                   "(512 to 1000000 triangles)";
+                   "' is no setting, expected METHOD-BUDGET or METHOD-nomorph-BUDGET, such as soar-14000 (" +
+                   std::to_string(kLeastBudget) + " to " + std::to_string(kMostBudget) + " triangles)";
         }
         options.also.push_back(*setting);
     }

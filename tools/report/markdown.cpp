@@ -103,9 +103,10 @@ std::string atEqualError(const Json& front)
     }
     return table.empty()
                ? table
-               : "\n| time of hybrid over another's at the error of | the other | frame time | CPU | "
-                 "by p99 of posts | by FLIP | within 10 % |\n|---|---|---|---|---|---|---|\n" +
-                     table;
+               : fmt::format(
+                     "\n| time of hybrid over another's at the error of | the other | frame time | CPU | "
+                     "by p99 of posts | by FLIP | within {:.0f} % |\n|---|---|---|---|---|---|---|\n{}",
+                     100 * (kMostOfOthersTime - 1), table);
 }
 
 std::string recommended(const Json& front)
