@@ -173,7 +173,7 @@ void TerrainPass::drawTiles(const PageStore& store, std::span<const lod::DrawIte
     if (_morph >= 0)
         glUniform2f(_morph, 0.0F, 0.0F);
     _weighted = true;
-    for (const Part part : {Part::inView, Part::across}) {
+    for (const Part part : {Part::across, Part::inView}) {
         startPart(part);
         for (const lod::DrawItem& item : items) {
             if ((item.inView && !_farPlane) != (part == Part::inView))
@@ -219,7 +219,7 @@ uint64_t TerrainPass::drawLists(const PageStore& store, const lod::DrawList& lis
         bytes = list.indices.size() * sizeof(uint16_t);
     }
     setMorph(list.morph);
-    for (const Part part : {Part::inView, Part::across}) {
+    for (const Part part : {Part::across, Part::inView}) {
         startPart(part);
         for (const lod::PageList& pageList : list.lists) {
             const uint32_t inView = _farPlane ? 0 : pageList.inView;
@@ -238,7 +238,8 @@ uint64_t TerrainPass::drawLists(const PageStore& store, const lod::DrawList& lis
 // float, but fills what it has rounded to 1/256 pixel. The two disagree about slivers that are seen nearly
 // edge-on, at the fold of a ridge: dropped as a back face, such a one leaves a pixel open that no other
 // triangle of the mesh has. Calls without clipping use the rounded vertices for both. So nothing that may be
-// clipped is dropped: over a closed surface, back faces are behind front faces.
+// clipped is dropped: over a closed surface, back faces are behind front faces. It comes first, for the
+// nearest ground is at the picture's border, and what it hides need not be filled.
 void TerrainPass::startPart(Part part) const
 {
     if (part == Part::inView)

@@ -25,13 +25,13 @@ public:
     // Program, uniforms and fixed state of a frame. The target is bound.
     void begin(const ViewState& view);
 
-    // Draws tiles or page lists in the given order, first what is wholly in view and then, both faces of it,
-    // what may have to be clipped (terrain_pass.cpp); one whose page has no slot is left out (asserted). A
-    // few GL calls for all of them with base-vertex draws, and three for each tile that is on the way;
+    // Draws tiles or page lists in the given order, first, both faces of it, what may have to be clipped
+    // (terrain_pass.cpp) and then what is wholly in view; one whose page has no slot is left out (asserted).
+    // A few GL calls for all of them with base-vertex draws, and three for each tile that is on the way;
     // without, two and one per attribute for each. Returns the bytes of indices that it streamed.
     uint64_t draw(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage);
 
-    // What a frame draws in two turns: what needs no clipping, then what may.
+    // What a frame draws in two turns: what needs no clipping, and before it what may.
     enum class Part { inView, across };
 
     // Which faces are drawn, and the weights of page lists' vertices: for those who draw lists of their own
