@@ -278,6 +278,39 @@ TEST_CASE("the frustum planes hold exactly what projects into the picture")
     CHECK(inside > 10);
 }
 
+TEST_CASE("the viewport has the picture in its middle, and its planes hold exactly what projects into it")
+{
+    CHECK(viewportFactor(1280) == 2);
+    CHECK(viewportFactor(720) == 4);
+    CHECK(viewportFactor(4096) == 1);
+    CHECK(viewportFactor(1023) == 1);
+    CHECK(viewportFactor(1) == 1);
+    for (const bool parallel : {false, true}) {
+        ViewState view;
+        view.eye = toEcef(degrees(57, -5, 900));
+        view.eyeFromEcef = eyeFromEcefOfView(ecefFromNed(57 * kRadPerDeg, -5 * kRadPerDeg) *
+                                             parentFromChild({1.0, -0.2, 0.4}));
+        view.frustum = {-0.3, 0.7, -0.2, 0.4, 2.0, 1e4, parallel};
+        const auto planes = viewportPlanes(view); // -0.8 .. 1.2, -1.1 .. 1.3
+        const glm::dmat3 ecefFromEye = glm::transpose(view.eyeFromEcef);
+        int inside = 0;
+        for (double x = -2; x <= 2; x += 0.093) {
+            for (double y = -2; y <= 2; y += 0.087) {
+                for (const double z : {-1.0, -2.5, -1000.0}) {
+                    const glm::dvec3 p = glm::dvec3(x, y, -1) * (parallel ? 1.0 : -z);
+                    const bool expected = x > -0.8 && x < 1.2 && y > -1.1 && y < 1.3;
+                    const bool got = std::all_of(planes.begin(), planes.end(), [&](const glm::dvec4& plane) {
+                        return glm::dot(glm::dvec3(plane), ecefFromEye * p) + plane.w >= 0;
+                    });
+                    CHECK(got == expected);
+                    inside += expected ? 1 : 0;
+                }
+            }
+        }
+        CHECK(inside > 10);
+    }
+}
+
 TEST_CASE("the share below the horizon is that of the lines of sight that meet the ellipsoid")
 {
     // A spherical Moon, so that the exact horizon is easy to say.

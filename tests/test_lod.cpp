@@ -207,6 +207,55 @@ TEST_CASE("the horizon hides what lies behind the Earth, and no summit above it"
     CHECK(hidden > 20);
 }
 
+// In the viewport and in front of the near plane.
+bool needsNoClipping(const TileBox& box, const ViewState& view)
+{
+    const auto viewport = viewportPlanes(view);
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        const glm::dvec3 sign((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1,
+                              (corner & 4) != 0 ? 1 : -1);
+        const glm::dvec3 ray = box.centre + box.axes * (sign * box.half) - view.eye.m;
+        const auto isBeyond = [&](const glm::dvec4& p) { return glm::dot(glm::dvec3(p), ray) + p.w <= 0; };
+        if (-(view.eyeFromEcef * ray).z <= view.frustum.nearM ||
+            std::any_of(viewport.begin(), viewport.end(), isBeyond)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+TEST_CASE("boxes whose mask says so need no clipping, which most of those in view do not")
+{
+    std::mt19937 random(8);
+    const test::Terrain terrain = test::makeTerrain(1025, 1025, 0.03F, 4);
+    int seen = 0;
+    int unclipped = 0;
+    int wrong = 0;
+    for (int i = 0; i < 12; ++i) {
+        ViewState view = randomView(terrain, random);
+        view.frustum.nearM = i % 2 == 0 ? 0.5 : 800.0;
+        view.widthPx = i % 3 == 0 ? kMostViewportPx : view.widthPx; // without a margin
+        const Visibility visibility(view, terrain.shape.ellipsoid, terrain.pages[0].minHeightM);
+        for (uint32_t k = 0; k < 64 * 64; ++k) {
+            // As a descent asks, with the mask of the box around it.
+            const TileKey key{6, k % 64, k / 64};
+            const TileBox outer = tileBox(terrain.shape, {4, key.x / 4, key.y / 4}, -500, 2500);
+            const TileBox box = tileBox(terrain.shape, key, 0, 1500);
+            Visibility::PlaneMask planes = Visibility::kAllPlanes;
+            if (!visibility.sees(outer, planes) || !visibility.sees(box, planes)) {
+                continue;
+            }
+            const bool said = (planes & Visibility::kClippingPlanes) == 0;
+            ++seen;
+            unclipped += said ? 1 : 0;
+            wrong += said && !needsNoClipping(box, view) ? 1 : 0;
+        }
+    }
+    CHECK(wrong == 0);
+    CHECK(unclipped > seen / 2);
+    CHECK(unclipped < seen);
+}
+
 TEST_CASE("flat ground is one tile of the coarsest level")
 {
     test::Terrain terrain = test::makeTerrain(1025, 1025, 0.0F, 3);

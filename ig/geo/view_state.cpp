@@ -79,23 +79,52 @@ double farthestGroundM(const ViewState& view, const Ellipsoid& ellipsoid) noexce
     return farM;
 }
 
+namespace {
+
+// Left, right, bottom, top.
+std::array<glm::dvec4, 4> sidePlanes(const Frustum& f, const glm::dmat3& ecefFromEye) noexcept
+{
+    const auto side = [&](const glm::dvec3& outline, double offset) {
+        return f.parallel ? glm::dvec4(ecefFromEye * outline, offset)
+                          : glm::dvec4(ecefFromEye * glm::normalize(outline + glm::dvec3(0, 0, -offset)), 0);
+    };
+    return {side({1.0, 0.0, 0.0}, -f.left), side({-1.0, 0.0, 0.0}, f.right), side({0.0, 1.0, 0.0}, -f.bottom),
+            side({0.0, -1.0, 0.0}, f.top)};
+}
+
+// Of an interval, about its middle.
+void widen(double& from, double& to, int factor) noexcept
+{
+    const double more = 0.5 * (factor - 1) * (to - from);
+    from -= more;
+    to += more;
+}
+
+} // namespace
+
 std::array<glm::dvec4, 5> frustumPlanes(const ViewState& view) noexcept
 {
-    const Frustum& f = view.frustum;
     const glm::dmat3 ecefFromEye = glm::transpose(view.eyeFromEcef);
-    if (f.parallel) {
-        const auto side = [&](const glm::dvec3& eyeNormal, double offsetM) {
-            return glm::dvec4(ecefFromEye * eyeNormal, offsetM);
-        };
-        return {side({1.0, 0.0, 0.0}, -f.left), side({-1.0, 0.0, 0.0}, f.right),
-                side({0.0, 1.0, 0.0}, -f.bottom), side({0.0, -1.0, 0.0}, f.top),
-                side({0.0, 0.0, -1.0}, -f.nearM)};
+    const std::array<glm::dvec4, 4> side = sidePlanes(view.frustum, ecefFromEye);
+    const glm::dvec4 nearPlane(ecefFromEye * glm::dvec3(0.0, 0.0, -1.0), -view.frustum.nearM);
+    return {side[0], side[1], side[2], side[3], nearPlane};
+}
+
+int viewportFactor(int extentPx) noexcept
+{
+    int factor = 1;
+    while (extentPx % 2 == 0 && factor < 4 && 2 * factor * extentPx <= kMostViewportPx) {
+        factor *= 2;
     }
-    const auto side = [&](const glm::dvec3& eyeNormal) {
-        return glm::dvec4(ecefFromEye * glm::normalize(eyeNormal), 0.0);
-    };
-    return {side({1.0, 0.0, f.left}), side({-1.0, 0.0, -f.right}), side({0.0, 1.0, f.bottom}),
-            side({0.0, -1.0, -f.top}), glm::dvec4(ecefFromEye * glm::dvec3(0.0, 0.0, -1.0), -f.nearM)};
+    return factor;
+}
+
+std::array<glm::dvec4, 4> viewportPlanes(const ViewState& view) noexcept
+{
+    Frustum f = view.frustum;
+    widen(f.left, f.right, viewportFactor(view.widthPx));
+    widen(f.bottom, f.top, viewportFactor(view.heightPx));
+    return sidePlanes(f, glm::transpose(view.eyeFromEcef));
 }
 
 namespace {

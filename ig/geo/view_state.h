@@ -70,6 +70,16 @@ double farthestGroundM(const ViewState& view, const Ellipsoid& ellipsoid) noexce
 // axes: dot(plane.xyz, p - eye) + plane.w >= 0 inside, xyz of unit length, metres.
 std::array<glm::dvec4, 5> frustumPlanes(const ViewState& view) noexcept;
 
+// The viewport is larger than the picture in its middle, so that what crosses the picture's sides need not be
+// clipped: so many times as wide (of a width) or as high (of a height), px. A power of two, for pixels to be
+// the same to the last bit whatever it is; 1 for odd extents, whose middle has no whole pixel, and where the
+// viewport would be larger than kMostViewportPx.
+inline constexpr int kMostViewportPx = 4096;
+int viewportFactor(int extentPx) noexcept;
+
+// The planes that bound the viewport (left, right, bottom, top), as frustumPlanes().
+std::array<glm::dvec4, 4> viewportPlanes(const ViewState& view) noexcept;
+
 // Share of the picture, 0 .. 1, in which the line of sight goes below the horizon of the bare ellipsoid.
 // Within about 0.01 of the exact area and smooth in the pose; 576 samples. Terrain fills about as much: hills
 // add to it, the terrain's edge takes from it.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "ig/gl/context.h"
 
+#include "ig/geo/view_state.h"
 #include "ig/gl/driver_memory.h"
 #include "ig/gl/egl_error.h"
 #include "ig/gl/extensions.h"
@@ -9,6 +10,7 @@
 #include <EGL/eglext.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 #include <utility>
@@ -145,6 +147,9 @@ void Context::Impl::loadExtensions(const ContextSettings& settings)
         hasExtension(list.c_str(), "GL_EXT_draw_elements_base_vertex"))
         extensions.multiDrawElementsBaseVertex =
             entryPoint<PFNGLMULTIDRAWELEMENTSBASEVERTEXEXTPROC>("glMultiDrawElementsBaseVertexEXT");
+    std::array<GLint, 2> viewportPx{};
+    glGetIntegerv(GL_MAX_VIEWPORT_DIMS, viewportPx.data());
+    info.largeViewport = settings.largeViewport && std::min(viewportPx[0], viewportPx[1]) >= kMostViewportPx;
     info.readDepth = hasExtension(list.c_str(), "GL_NV_read_depth");
     info.clipControl = extensions.clipControl != nullptr;
     info.flushInParts = settings.flushInParts && info.renderer.starts_with("llvmpipe");

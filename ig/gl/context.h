@@ -18,6 +18,7 @@ struct ContextSettings {
     bool clipControl = true;
     bool baseVertex = true;
     bool flushInParts = true;
+    bool largeViewport = true;
 };
 
 // What start-up found; goes into statistics and goldens.
@@ -27,6 +28,7 @@ struct ContextInfo {
     bool clipControl = false;              // EXT_clip_control: 0..1 clip range
     bool readDepth = false;                // NV_read_depth: the depth buffer can be read back
     bool baseVertex = false;               // draws with a base vertex: the whole terrain in a few calls
+    bool largeViewport = false;            // viewports of kMostViewportPx each way
     // llvmpipe: threads of its own rasterise what is flushed while the next draw calls are prepared. A driver
     // of a GPU that works tile by tile would store and load its tiles once more at every flush.
     bool flushInParts = false;

@@ -74,6 +74,7 @@ void SkyPass::draw(const ViewState& view) const
     const Polygon sky = aboveHorizon(f, upInEye);
     if (sky.corners == 0)
         return;
+    glViewport(0, 0, view.widthPx, view.heightPx);
     glUseProgram(_program.name());
     glUniform4f(_sides, static_cast<float>(f.left), static_cast<float>(f.right), static_cast<float>(f.bottom),
                 static_cast<float>(f.top));

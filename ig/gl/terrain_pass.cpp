@@ -21,15 +21,27 @@ namespace {
 // Contrast exp(-3.912 d / visibility) is 2 % at the visibility (Koschmieder 1924); the shader has exp2.
 constexpr double kHazeExponent = 3.912023 * 1.44269504;
 
+// How many times the viewport is as large as the picture.
+struct ViewportFactor {
+    int x = 1, y = 1;
+};
+
 // Projection and rotation in one, with the picture's top at GL's row 0, unless it is mirrored.
-glm::mat4 clipFromRelative(const ViewState& view)
+glm::mat4 clipFromRelative(const ViewState& view, const ViewportFactor& factor)
 {
     glm::dmat4 flipped(clipFromEye(view.frustum));
     for (int column = 0; column < 4; ++column) {
-        flipped[column][0] = view.mirrorX ? -flipped[column][0] : flipped[column][0];
-        flipped[column][1] = view.mirrorY ? flipped[column][1] : -flipped[column][1];
+        flipped[column][0] *= (view.mirrorX ? -1.0 : 1.0) / factor.x;
+        flipped[column][1] *= (view.mirrorY ? 1.0 : -1.0) / factor.y;
     }
     return glm::mat4(flipped * glm::dmat4(view.eyeFromEcef));
+}
+
+// With the picture in the middle: an odd extent has factor 1.
+void setViewport(const ViewState& view, const ViewportFactor& factor)
+{
+    glViewport(-(factor.x - 1) * view.widthPx / 2, -(factor.y - 1) * view.heightPx / 2,
+               factor.x * view.widthPx, factor.y * view.heightPx);
 }
 
 constexpr uint32_t kNoArray = UINT32_MAX;
@@ -71,6 +83,7 @@ Result<TerrainPass> TerrainPass::create(const Context& context, const PageStore&
     TerrainPass pass;
     pass._extensions = &context.extensions();
     pass._flushInParts = context.info().flushInParts;
+    pass._largeViewport = context.info().largeViewport;
     pass._program = *std::move(program);
     const auto location = [&](const char* name) { return glGetUniformLocation(pass._program.name(), name); };
     pass._clipFromRelative = location("u_clipFromRelative");
@@ -126,12 +139,16 @@ void TerrainPass::begin(const ViewState& view)
     }
     glUniform3fv(_eyeHigh, 1, glm::value_ptr(eyeHigh));
     glUniform3fv(_eyeLow, 1, glm::value_ptr(eyeLow));
-    glUniformMatrix4fv(_clipFromRelative, 1, GL_FALSE, glm::value_ptr(clipFromRelative(view)));
+    ViewportFactor factor;
+    if (_largeViewport)
+        factor = {viewportFactor(view.widthPx), viewportFactor(view.heightPx)};
+    setViewport(view, factor);
+    glUniformMatrix4fv(_clipFromRelative, 1, GL_FALSE, glm::value_ptr(clipFromRelative(view, factor)));
     if (_hazePerM >= 0) {
         const double visibilityM = view.visibilityM > 0 ? view.visibilityM : _visibilityM;
         glUniform1f(_hazePerM, static_cast<float>(kHazeExponent / visibilityM));
     }
-    _farPlane = hasFarPlane(view.frustum);
+    _clipsAny = !_largeViewport || hasFarPlane(view.frustum);
     const bool parallel = view.frustum.parallel;
     if (_along >= 0) {
         const glm::vec3 axis = -glm::vec3(glm::transpose(view.eyeFromEcef)[2]);
@@ -176,7 +193,7 @@ void TerrainPass::drawTiles(const PageStore& store, std::span<const lod::DrawIte
     for (const Part part : {Part::across, Part::inView}) {
         startPart(part);
         for (const lod::DrawItem& item : items) {
-            if ((item.inView && !_farPlane) != (part == Part::inView))
+            if ((item.inView && !_clipsAny) != (part == Part::inView))
                 continue;
             if (_tile >= 0)
                 setWeights(item);
@@ -222,7 +239,7 @@ uint64_t TerrainPass::drawLists(const PageStore& store, const lod::DrawList& lis
     for (const Part part : {Part::across, Part::inView}) {
         startPart(part);
         for (const lod::PageList& pageList : list.lists) {
-            const uint32_t inView = _farPlane ? 0 : pageList.inView;
+            const uint32_t inView = _clipsAny ? 0 : pageList.inView;
             const TileIndices::Range range =
                 part == Part::inView ? TileIndices::Range{pageList.first, inView}
                                      : TileIndices::Range{pageList.first + inView, pageList.count - inView};
@@ -238,8 +255,8 @@ uint64_t TerrainPass::drawLists(const PageStore& store, const lod::DrawList& lis
 // float, but fills what it has rounded to 1/256 pixel. The two disagree about slivers that are seen nearly
 // edge-on, at the fold of a ridge: dropped as a back face, such a one leaves a pixel open that no other
 // triangle of the mesh has. Calls without clipping use the rounded vertices for both. So nothing that may be
-// clipped is dropped: over a closed surface, back faces are behind front faces. It comes first, for the
-// nearest ground is at the picture's border, and what it hides need not be filled.
+// clipped is dropped: over a closed surface, back faces are behind front faces. It comes first, for it is the
+// nearest ground, and what it hides need not be filled. With the viewport's margin it is little.
 void TerrainPass::startPart(Part part) const
 {
     if (part == Part::inView)

@@ -22,11 +22,11 @@ public:
     static Result<TerrainPass> create(const Context& context, const PageStore& store,
                                       const RendererSettings& settings);
 
-    // Program, uniforms and fixed state of a frame. The target is bound.
+    // Program, uniforms, viewport and fixed state of a frame. The target is bound.
     void begin(const ViewState& view);
 
     // Draws tiles or page lists in the given order, first, both faces of it, what may have to be clipped
-    // (terrain_pass.cpp) and then what is wholly in view; one whose page has no slot is left out (asserted).
+    // (terrain_pass.cpp) and then what need not; one whose page has no slot is left out (asserted).
     // A few GL calls for all of them with base-vertex draws, and three for each tile that is on the way;
     // without, two and one per attribute for each. Returns the bytes of indices that it streamed.
     uint64_t draw(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage);
@@ -77,11 +77,12 @@ private:
     TileIndices _tiles;
     Batch _batch;
     uint32_t _boundArray = 0;
-    bool _flushInParts = false; // ContextInfo::flushInParts
-    size_t _partIndices = 0;    // that make a part of this frame
-    size_t _unflushed = 0;      // indices of the part so far
-    bool _farPlane = false;     // of the frame, may clip ground
-    bool _weighted = false;     // the uniforms of tiles are those of a tile on the way
+    bool _flushInParts = false;  // ContextInfo::flushInParts
+    size_t _partIndices = 0;     // that make a part of this frame
+    size_t _unflushed = 0;       // indices of the part so far
+    bool _largeViewport = false; // ContextInfo::largeViewport
+    bool _clipsAny = false;      // of the frame: whatever the lists say, ground may be clipped
+    bool _weighted = false;      // the uniforms of tiles are those of a tile on the way
 };
 
 } // namespace ig::gl

@@ -135,7 +135,7 @@ float pictureBoundPx(const ViewState& view, double px) noexcept
 }
 
 Visibility::Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double lowestHeightM) noexcept
-    : _planes(frustumPlanes(view)), _eye(view.eye.m)
+    : _planes(frustumPlanes(view)), _viewport(viewportPlanes(view)), _eye(view.eye.m)
 {
     const double sink = std::min(lowestHeightM, 0.0);
     const double a = ellipsoid.semiMajorM + sink;
@@ -148,44 +148,46 @@ Visibility::Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double
     }
 }
 
-bool Visibility::meets(const glm::dvec3& centre, double radiusM, PlaneMask& planes) const noexcept
+// ray: from the eye to the middle; reachM: how far it reaches along a normal.
+template <class Reach>
+bool Visibility::meetsPlanes(const glm::dvec3& ray, const Reach& reachM, PlaneMask& planes) const noexcept
 {
-    const glm::dvec3 ray = centre - _eye;
+    const auto reach = [&](const glm::dvec4& plane) { return reachM(glm::dvec3(plane)); };
+    const auto distance = [&](const glm::dvec4& plane) { return glm::dot(glm::dvec3(plane), ray) + plane.w; };
     for (size_t i = 0; i < _planes.size(); ++i) {
         const auto bit = static_cast<PlaneMask>(1U << i);
         if ((planes & bit) == 0) {
             continue;
         }
-        const double distance = glm::dot(glm::dvec3(_planes[i]), ray) + _planes[i].w;
-        if (distance < -radiusM) {
+        const bool isSide = i < _viewport.size();
+        const auto outer = static_cast<PlaneMask>(isSide ? 1U << (_planes.size() + i) : 0U);
+        const double atM = distance(_planes[i]);
+        const double halfM = reach(_planes[i]);
+        if (atM < -halfM) {
             return false;
         }
-        if (distance > radiusM) {
-            planes = static_cast<PlaneMask>(planes & ~bit);
+        // In front of the near plane, what is inside the picture's side is inside the viewport's.
+        if (atM > halfM) {
+            planes = static_cast<PlaneMask>(planes & ~(bit | outer));
+        } else if ((planes & outer) != 0 && distance(_viewport[i]) > reach(_viewport[i])) {
+            planes = static_cast<PlaneMask>(planes & ~outer);
         }
     }
     return true;
 }
 
+bool Visibility::meets(const glm::dvec3& centre, double radiusM, PlaneMask& planes) const noexcept
+{
+    return meetsPlanes(
+        centre - _eye, [radiusM](const glm::dvec3&) { return radiusM; }, planes);
+}
+
 bool Visibility::sees(const TileBox& box, PlaneMask& planes) const noexcept
 {
-    const glm::dvec3 centre = box.centre - _eye;
-    for (size_t i = 0; i < _planes.size(); ++i) {
-        const auto bit = static_cast<PlaneMask>(1U << i);
-        if ((planes & bit) == 0) {
-            continue;
-        }
-        const glm::dvec3 normal(_planes[i]);
-        const double distance = glm::dot(normal, centre) + _planes[i].w;
-        const double reach = glm::dot(glm::abs(normal * box.axes), box.half);
-        if (distance < -reach) {
-            return false;
-        }
-        if (distance > reach) {
-            planes = static_cast<PlaneMask>(planes & ~bit);
-        }
-    }
-    return !behindHorizon(box);
+    const auto reachM = [&box](const glm::dvec3& normal) {
+        return glm::dot(glm::abs(normal * box.axes), box.half);
+    };
+    return meetsPlanes(box.centre - _eye, reachM, planes) && !behindHorizon(box);
 }
 
 // A point is hidden when it lies beyond the plane of the horizon circle and inside the cone from the eye

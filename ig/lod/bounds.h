@@ -55,12 +55,17 @@ double distanceToTriangleM(const glm::dvec3& point, const glm::dvec3& a, const g
 inline constexpr float kNoBoundPx = 1e30F;
 float pictureBoundPx(const ViewState& view, double px) noexcept;
 
-// What one view can see of boxes. A mask bit per frustum plane says that the plane still has to be
-// tested: a box wholly inside a plane clears the bit, and nothing below it tests that plane again.
+// What one view can see of boxes. A mask bit per plane, of the frustum and then of the viewport's sides, says
+// that the plane still has to be tested: a box wholly inside a plane clears the bit, and nothing below it
+// tests that plane again. What is seen is decided by the frustum alone.
 class Visibility {
 public:
-    using PlaneMask = uint8_t;
-    static constexpr PlaneMask kAllPlanes = 0x1F;
+    using PlaneMask = uint16_t;
+    static constexpr PlaneMask kAllPlanes = 0x1FF;
+    static constexpr PlaneMask kFrustumPlanes = 0x1F;
+    // Those that drawing clips at: a mask without them is of what lies wholly in the viewport and in front of
+    // the near plane.
+    static constexpr PlaneMask kClippingPlanes = 0x1F0;
 
     // lowestHeightM: of the whole terrain; the ellipsoid lowered by it hides what lies behind, but nothing in
     // parallel projection, where rays do not come from the eye.
@@ -72,9 +77,12 @@ public:
     bool sees(const TileBox& box, PlaneMask& planes) const noexcept;
 
 private:
+    template <class Reach>
+    bool meetsPlanes(const glm::dvec3& ray, const Reach& reachM, PlaneMask& planes) const noexcept;
     bool behindHorizon(const TileBox& box) const noexcept;
 
     std::array<glm::dvec4, 5> _planes{};
+    std::array<glm::dvec4, 4> _viewport{};
     glm::dvec3 _eye{0.0};
     // Space scaled so that the hiding ellipsoid is the unit sphere.
     glm::dvec3 _scale{1.0};

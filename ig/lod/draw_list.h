@@ -19,7 +19,7 @@ struct DrawItem {
     uint8_t stride = 4;               // 4, 2 or 1: posts of the page between vertices of the tile
     uint8_t windowX = 0, windowY = 0; // of the tile within the page, in tiles: < 4 / stride
     uint8_t stitch = 0;               // StitchSide bits
-    bool inView = false;              // wholly, in front of all planes: see PageList::inView
+    bool inView = false;              // wholly: see PageList::inView
     float errorPx = 0;                // bound of the tile's projected error
     // Weights of the tile's odd vertices between the middle of the edge that they split (0, where the surface
     // is that of the next coarser tile) and their own place (1): inside, and on the sides in the order of
@@ -37,8 +37,9 @@ struct PageList {
     uint32_t first = 0;
     uint32_t count = 0;
     float distanceM = 0; // eye to the page, for the order of drawing
-    // The first so many of the indices are of triangles wholly in front of all planes of the frustum, near
-    // plane included. The others may have to be clipped, which a renderer may have to treat otherwise.
+    // The first so many of the indices are of triangles wholly in the viewport (viewportPlanes()) and in
+    // front of the near plane. The others may have to be clipped, which a renderer may have to treat
+    // otherwise.
     uint32_t inView = 0;
 };
 

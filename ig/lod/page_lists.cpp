@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "ig/lod/page_lists.h"
 
+#include "ig/lod/bounds.h"
 #include "ig/lod/vertex_error.h"
 
 #include <glm/common.hpp>
@@ -23,6 +24,11 @@ constexpr int kWindowLevel = 4;
 // Rounding of float offsets within a page, and more.
 constexpr float kRoundingShare = 1e-6F;
 constexpr size_t kLineBytes = 64; // of a cache
+
+bool any(const auto& four)
+{
+    return (four[0] | four[1] | four[2] | four[3]) != 0;
+}
 
 } // namespace
 
@@ -343,18 +349,60 @@ void PageLists::closeCluster()
     _making.cluster = kNone;
 }
 
-// Of the cluster's box: wholly beyond one of them, wholly inside all, or neither.
-inline PageLists::Side PageLists::FourPlanes::side(const Cluster& cluster) const noexcept
+PageLists::Planes::Planes(const View& view, const glm::dvec3& middle, unsigned mask) noexcept
 {
-    const auto any = [](const auto& of) { return (of[0] | of[1] | of[2] | of[3]) != 0; };
-    const glm::vec3& m = cluster.middle;
-    const glm::vec3& h = cluster.half;
-    const Four middle = x * m.x + y * m.y + z * m.z + w;
-    const Four reach = absX * h.x + absY * h.y + absZ * h.z + slack;
-    if (any(middle + reach < Four{})) {
-        return Side::beyond;
+    size_t count = 0;
+    for (size_t k = 0; k < view.planes.size(); ++k) {
+        if ((mask >> k & 1U) == 0) {
+            continue;
+        }
+        const glm::dvec4& plane = view.planes[k];
+        const glm::vec3 normal(plane);
+        const double w = glm::dot(glm::dvec3(plane), middle - view.eye) + plane.w;
+        FourPlanes& four = _four[count / 4];
+        const size_t at = count++ % 4;
+        four.x[at] = normal.x;
+        four.y[at] = normal.y;
+        four.z[at] = normal.z;
+        four.absX[at] = std::abs(normal.x);
+        four.absY[at] = std::abs(normal.y);
+        four.absZ[at] = std::abs(normal.z);
+        four.w[at] = static_cast<float>(w);
+        four.slack[at] = static_cast<float>(1e-6 * std::abs(w) + 1e-3);
     }
-    return any(middle - reach < Four{}) ? Side::across : Side::inside;
+    _fours = (count + 3) / 4;
+}
+
+inline PageLists::Four PageLists::Planes::FourPlanes::middle(const Cluster& cluster) const noexcept
+{
+    const glm::vec3& m = cluster.middle;
+    return x * m.x + y * m.y + z * m.z + w;
+}
+
+inline PageLists::Four PageLists::Planes::FourPlanes::reach(const Cluster& cluster) const noexcept
+{
+    const glm::vec3& h = cluster.half;
+    return absX * h.x + absY * h.y + absZ * h.z + slack;
+}
+
+inline bool PageLists::Planes::anyBeyond(const Cluster& cluster) const noexcept
+{
+    for (size_t i = 0; i < _fours; ++i) {
+        if (any(_four[i].middle(cluster) + _four[i].reach(cluster) < Four{})) {
+            return true;
+        }
+    }
+    return false;
+}
+
+inline bool PageLists::Planes::allInside(const Cluster& cluster) const noexcept
+{
+    for (size_t i = 0; i < _fours; ++i) {
+        if (any(_four[i].middle(cluster) - _four[i].reach(cluster) < Four{})) {
+            return false;
+        }
+    }
+    return true;
 }
 
 void PageLists::prefetch(int32_t slot) const noexcept
@@ -375,43 +423,23 @@ void PageLists::prefetchClusters(int32_t slot) const noexcept
     }
 }
 
-PageLists::Gathered PageLists::gather(int32_t slot, const glm::dvec3& eye, std::span<const glm::dvec4> planes,
-                                      unsigned mask, size_t capacity, std::vector<uint16_t>& indices) const
+PageLists::Gathered PageLists::gather(int32_t slot, const View& view, unsigned mask, size_t capacity,
+                                      std::vector<uint16_t>& indices) const
 {
-    std::array<FourPlanes, 2> tested{};
-    size_t count = 0;
-    const glm::dvec3 middle = _graph[slot].box.centre - eye;
-    for (size_t k = 0; k < planes.size(); ++k) {
-        if ((mask >> k & 1U) != 0) {
-            const glm::vec3 normal(planes[k]);
-            const double w = glm::dot(glm::dvec3(planes[k]), middle) + planes[k].w;
-            FourPlanes& four = tested[count / 4];
-            const size_t at = count++ % 4;
-            four.x[at] = normal.x;
-            four.y[at] = normal.y;
-            four.z[at] = normal.z;
-            four.absX[at] = std::abs(normal.x);
-            four.absY[at] = std::abs(normal.y);
-            four.absZ[at] = std::abs(normal.z);
-            four.w[at] = static_cast<float>(w);
-            four.slack[at] = static_cast<float>(1e-6 * std::abs(w) + 1e-3);
-        }
-    }
+    const glm::dvec3& middle = _graph[slot].box.centre;
+    const Planes frustum(view, middle, mask & Visibility::kFrustumPlanes);
+    const Planes clipping(view, middle, mask & Visibility::kClippingPlanes);
     _inside.clear();
     _across.clear();
     for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
         for (uint32_t at = first; at != kNone;) {
             const Cluster& cluster = _clusters[at];
-            Side side = count == 0 ? Side::inside : tested[0].side(cluster);
-            if (count > 4 && side != Side::beyond) {
-                side = std::min(side, tested[1].side(cluster));
-            }
-            if (side != Side::beyond) {
+            if (!frustum.anyBeyond(cluster)) {
                 const std::byte* const line = reinterpret_cast<const std::byte*>(&_indices[at]);
                 for (size_t byte = 0; byte < cluster.triangles * 3 * sizeof(uint16_t); byte += kLineBytes) {
                     __builtin_prefetch(line + byte);
                 }
-                (side == Side::inside ? _inside : _across).push_back(at);
+                (clipping.allInside(cluster) ? _inside : _across).push_back(at);
             }
             at = cluster.next;
         }

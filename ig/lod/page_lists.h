@@ -46,18 +46,21 @@ public:
     void prefetch(int32_t slot) const noexcept;
     void prefetchClusters(int32_t slot) const noexcept;
 
-    // Appends the indices of a page's clusters that the frustum meets, first those that lie wholly inside;
-    // what would make more than `capacity` indices is counted and left out. planes: those that the page is
-    // not wholly inside of (Visibility::PlaneMask).
+    // Appends the indices of a page's clusters that the frustum meets, first those that need no clipping (see
+    // PageList::inView); what would make more than `capacity` indices is counted and left out. mask: the
+    // planes that the page is not wholly inside of (Visibility::PlaneMask).
+    struct View {
+        glm::dvec3 eye{0.0};
+        std::array<glm::dvec4, 9> planes{}; // frustumPlanes(), viewportPlanes()
+    };
     struct Gathered {
         uint32_t triangles = 0;
-        uint32_t inView = 0; // indices of the clusters wholly inside
+        uint32_t inView = 0; // indices
     };
-    Gathered gather(int32_t slot, const glm::dvec3& eye, std::span<const glm::dvec4> planes, unsigned mask,
-                    size_t capacity, std::vector<uint16_t>& indices) const;
+    Gathered gather(int32_t slot, const View& view, unsigned mask, size_t capacity,
+                    std::vector<uint16_t>& indices) const;
 
 private:
-    enum class Side { beyond, across, inside }; // of several planes the first of these counts
     static constexpr uint32_t kClusterTriangles = 32;
     static constexpr uint32_t kNone = UINT32_MAX;
     static constexpr size_t kTop = 16; // the list of what is in no window
@@ -111,13 +114,26 @@ private:
         uint32_t cluster = kNone;
         Bounds bounds; // of the cluster so far
     };
-    // Planes through offsets from a page's middle; a plane's numbers stand in one place of each.
-    struct FourPlanes {
-        Four x{}, y{}, z{};             // normal
-        Four absX{}, absY{}, absZ{};    // its absolute values
-        Four w{1.0F, 1.0F, 1.0F, 1.0F}; // unused ones have everything inside
-        Four slack{};                   // what floats leave of w, m
-        Side side(const Cluster& cluster) const noexcept;
+    // Some of a view's planes, seen from a page's middle; the numbers of four stand in one place of each.
+    class Planes {
+    public:
+        // mask: a bit for each of view.planes.
+        Planes(const View& view, const glm::dvec3& middle, unsigned mask) noexcept;
+        // Of a cluster's box.
+        bool anyBeyond(const Cluster& cluster) const noexcept;
+        bool allInside(const Cluster& cluster) const noexcept;
+
+    private:
+        struct FourPlanes {
+            Four x{}, y{}, z{};             // normal
+            Four absX{}, absY{}, absZ{};    // its absolute values
+            Four w{1.0F, 1.0F, 1.0F, 1.0F}; // unused ones have everything inside
+            Four slack{};                   // what floats leave of w, m
+            Four middle(const Cluster& cluster) const noexcept;
+            Four reach(const Cluster& cluster) const noexcept;
+        };
+        std::array<FourPlanes, 2> _four{};
+        size_t _fours = 0;
     };
 
     void markAround(VertexId v);

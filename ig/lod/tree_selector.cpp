@@ -158,6 +158,10 @@ void TreeSelector::select(const ViewState& view, DrawList& out)
     }
     _alpha = pixelsPerRadian(view);
     _planes = frustumPlanes(view);
+    const std::array<glm::dvec4, 4> viewport = viewportPlanes(view);
+    _gathering.eye = view.eye.m;
+    std::copy(viewport.begin(), viewport.end(),
+              std::copy(_planes.begin(), _planes.end(), _gathering.planes.begin()));
     _finestReach = _alpha / std::max<double>(_settings.tolerancePx, kFinestPx);
     const Motion motion = motionTo(view);
     if (!motion.jumped && motion.movedM > 0.0) {
@@ -229,7 +233,7 @@ uint32_t TreeSelector::refine(const ViewState& view, double reach, const VertexT
     _lists.update(_drawn);
     out.stats.listsMade += _lists.made();
     clock.to(out.stats.listsNs);
-    _triangles = gatherLists(view, out);
+    _triangles = gatherLists(out);
     clock.to(out.stats.gatherNs);
     return _triangles;
 }
@@ -397,7 +401,7 @@ void TreeSelector::choosePages()
 }
 
 // Nearest pages first.
-uint32_t TreeSelector::gatherLists(const ViewState& view, DrawList& out)
+uint32_t TreeSelector::gatherLists(DrawList& out)
 {
     out.lists.clear();
     out.indices.clear();
@@ -422,7 +426,7 @@ uint32_t TreeSelector::gatherLists(const ViewState& view, DrawList& out)
         const Visit& visit = _visits[_order[i].visit];
         const auto first = static_cast<uint32_t>(out.indices.size());
         const PageLists::Gathered gathered =
-            _lists.gather(visit.slot, view.eye.m, _planes, visit.planes, size_t{3} * _budget, out.indices);
+            _lists.gather(visit.slot, _gathering, visit.planes, size_t{3} * _budget, out.indices);
         triangles += gathered.triangles;
         const auto count = static_cast<uint32_t>(out.indices.size()) - first;
         if (count > 0) {

@@ -109,7 +109,7 @@ private:
     double missingPx(const Visit& parent, size_t quadrant, const ViewState& view, double distanceM) const;
     double cutPx(const ViewState& view, double px) const;
     void choosePages();
-    uint32_t gatherLists(const ViewState& view, DrawList& out);
+    uint32_t gatherLists(DrawList& out);
     void finish(const ViewState& view, DrawList& out);
 
     TerrainShape _shape;
@@ -130,6 +130,7 @@ private:
     double _alpha = 1;
     double _finestReach = 1;
     std::array<glm::dvec4, 5> _planes{};
+    PageLists::View _gathering;
     // Scratch.
     std::vector<Visit> _visits;
     std::vector<int32_t> _open, _drawn;

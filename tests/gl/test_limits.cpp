@@ -35,14 +35,15 @@ TEST_CASE("a context says what it found", "[gl]")
            context->info().platform == "default"));
 }
 
-TEST_CASE("optional extensions and flushing in parts can be left out", "[gl]")
+TEST_CASE("optional extensions, flushing in parts and large viewports can be left out", "[gl]")
 {
-    const ig::Result<ig::gl::Context> context =
-        ig::gl::Context::create({.clipControl = false, .baseVertex = false, .flushInParts = false});
+    const ig::Result<ig::gl::Context> context = ig::gl::Context::create(
+        {.clipControl = false, .baseVertex = false, .flushInParts = false, .largeViewport = false});
     REQUIRE(context);
     CHECK_FALSE(context->info().clipControl);
     CHECK_FALSE(context->info().baseVertex);
     CHECK_FALSE(context->info().flushInParts);
+    CHECK_FALSE(context->info().largeViewport);
 }
 
 TEST_CASE("a device that does not exist is an error that says so", "[gl]")

@@ -154,6 +154,26 @@ TEST_CASE("every pixel of the sky has the colour of its elevation, at any attitu
     }
 }
 
+TEST_CASE("the viewport's margin changes no pixel of what is not clipped", "[gl]")
+{
+    const Terrain terrain = quarters();
+    const ig::data::PageMesh page = makePage(terrain, 0, 0, 0);
+    for (const int widthPx : {160, 161}) {
+        for (const bool mirrored : {false, true}) {
+            ig::gl::RendererSettings settings = small();
+            settings.widthPx = widthPx;
+            settings.visibilityM = 2e4;
+            ig::ViewState view = viewFrom(above(20'000.0), {0.3, kDown, 0.1}, 1.0, widthPx, 120);
+            view.mirrorX = mirrored;
+            Stage with(settings);
+            Stage without(settings, {.largeViewport = false});
+            const Image expected = without.draw(view, page);
+            CHECK(expected.skyPixels() < widthPx * 120);
+            CHECK(with.draw(view, page).rgba == expected.rgba);
+        }
+    }
+}
+
 TEST_CASE("the inside of what need not be clipped is not drawn", "[gl]")
 {
     Stage stage(small());
