@@ -131,9 +131,12 @@ TEST_CASE(
     for (const Named& named : terrains()) {
         for (int i = 0; i < 12; ++i) {
             ViewState view = randomView(named.terrain, random);
-            view.frustum.nearM = i % 3 == 0 ? 600.0 : view.frustum.nearM;
-            view.widthPx = i % 4 == 0 ? kMostViewportPx : view.widthPx; // without a margin
-            const DrawList list = refine(named.terrain, view, settingsOf(6'000, 0.5F, i % 2 == 0));
+            const bool isPlain = i % 2 == 0;
+            if (!isPlain) {
+                view.frustum.nearM = 600.0;
+                view.widthPx = kMostViewportPx; // without a margin
+            }
+            const DrawList list = refine(named.terrain, view, settingsOf(6'000, 0.5F, i % 4 < 2));
             test::TreeTerrain terrain = named.terrain;
             terrain.morph = list.morph;
             const auto triangles = test::trianglesOf(terrain, list);
@@ -147,9 +150,9 @@ TEST_CASE(
                     }
                 }
                 at += pageList.count / 3;
-                inView += pageList.inView;
+                inView += isPlain ? pageList.inView : 0;
             }
-            all += list.indices.size();
+            all += isPlain ? list.indices.size() : 0;
             INFO(named.name << " " << i);
             REQUIRE(outside == 0);
         }
