@@ -404,6 +404,26 @@ TEST_CASE("a jump comes to its budget in few trials")
     CHECK(trials < 2 * jumps);
 }
 
+TEST_CASE("what a fast flight held back comes in over as many frames as any other vertex")
+{
+    const test::TreeTerrain& terrain = terrains()[0].terrain;
+    const auto selector = test::makeSelector(terrain, settingsOf(100'000, 1.0F, false));
+    DrawList list;
+    double row = 250;
+    double before = 0;
+    for (int frame = 0; frame < 200; ++frame) {
+        const double stepM = frame < 10 ? 80.0 : 4.0;
+        row -= stepM / (0.0005 * 111'200);
+        selector->select(test::look(test::at(terrain.shape, 128, row, 900), {0, -0.3, 0}), list);
+        const double cutM = list.morph.cutM;
+        if (frame > 10) { // all of its band in four frames
+            REQUIRE(cutM >= before * (1.0 - kMorphBand / 4.0) * (1.0 - 1e-6));
+        }
+        before = cutM;
+    }
+    CHECK(kMorphBand * list.morph.reach * before == Approx(4.0 * 4.0).epsilon(0.01));
+}
+
 TEST_CASE("a vertex moves only between corners that stand still")
 {
     int moving = 0;

@@ -21,7 +21,7 @@ constexpr size_t kWantedCapacity = 64;
 constexpr size_t kExpectedPerTriangle = 3;
 // A vertex is morphed in over at least this many frames, or not at all.
 constexpr double kMorphFrames = 4.0;
-constexpr double kSpeedDecay = 0.95; // a frame
+constexpr double kSpeedDecay = 1.0 - kMorphBand / kMorphFrames; // a frame: what was held back is, too
 // What is no flight any more but a jump: 60 km/s and 30 degrees a frame at 60 Hz.
 constexpr double kJumpM = 1000.0;
 constexpr double kJumpRad = 0.5;
