@@ -105,6 +105,25 @@ private:
     bool _isOpen = false;
 };
 
+// Terrain read through an open gate, and what draws it.
+struct GatedTerrain {
+    explicit GatedTerrain(const app::TerrainSettings& settings)
+        : renderer(nullRenderer(settings)), terrain(openDataset(path), settings, renderer, log, &source),
+          view(terrain, settings.selection, renderer)
+    {
+        source.set(true);
+    }
+
+    const test::TempDir dir;
+    const std::string path = makeDataset(dir);
+    const data::Dataset dataset = openDataset(path);
+    GatedSource source{dataset};
+    CollectedLog log;
+    gl::NullRenderer renderer;
+    app::TerrainResidency terrain;
+    app::TerrainView view;
+};
+
 // A page takes its own time, other times for every seed.
 class UnevenSource final : public data::PageSource {
 public:
@@ -267,43 +286,35 @@ TEST_CASE("an urgent page gets a buffer though less urgent ones have filled all 
 
 TEST_CASE("frames do not wait for a disk that does not answer, and the picture completes when it does")
 {
-    const test::TempDir dir;
-    const std::string path = makeDataset(dir);
-    const data::Dataset dataset = openDataset(path);
-    GatedSource source(dataset);
-    source.set(true);
-    CollectedLog log;
     const app::TerrainSettings settings = smallSettings();
-    gl::NullRenderer renderer = nullRenderer(settings);
-    app::TerrainResidency terrain(openDataset(path), settings, renderer, log, &source);
-    app::TerrainView view(terrain, settings.selection, renderer);
-    REQUIRE(view.preload(viewFrom(terrain.info(), 900, 100, 0)));
-    source.set(false);
+    GatedTerrain gated(settings);
+    REQUIRE(gated.view.preload(viewFrom(gated.terrain.info(), 900, 100, 0)));
+    gated.source.set(false);
     // A jump to the other corner. Any frame that waited would wait for ever: nobody opens the gate meanwhile.
-    const ViewState there = viewFrom(terrain.info(), 120, 900, kPi);
+    const ViewState there = viewFrom(gated.terrain.info(), 120, 900, kPi);
     uint32_t pageIns = 0;
     for (int i = 0; i < 50; ++i) {
         app::FrameStats stats;
-        view.draw(there, stats);
+        gated.view.draw(there, stats);
         CHECK(stats.lod.triangles > 0);
         CHECK(stats.lod.triangles <= 12'000);
         CHECK(stats.lod.tilesMissing > 0);
         pageIns += stats.pageIns;
     }
     CHECK(pageIns <= data::PageLoaderSettings{}.buffers); // what was finished before the gate closed
-    source.set(true);
+    gated.source.set(true);
     app::FrameStats stats;
     int frames = 0;
     do {
         stats = {};
-        view.draw(there, stats);
+        gated.view.draw(there, stats);
         CHECK(stats.pageIns <= settings.pageLoadsPerFrame);
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     } while (stats.lod.tilesMissing > 0 && ++frames < 10'000);
     CHECK(stats.lod.tilesMissing == 0);
-    CHECK(renderer.counts().badTiles == 0);
-    CHECK(renderer.counts().badLists == 0);
-    CHECK(log.lines.empty());
+    CHECK(gated.renderer.counts().badTiles == 0);
+    CHECK(gated.renderer.counts().badLists == 0);
+    CHECK(gated.log.lines.empty());
 }
 
 TEST_CASE("terrain that fits is loaded whole in the background, and then no thread is left")
@@ -338,18 +349,13 @@ TEST_CASE("terrain that fits is loaded whole in the background, and then no thre
 
 TEST_CASE("pages that no picture lacks yet come between frames, or with the next one where there was no time")
 {
-    const test::TempDir dir;
-    const std::string path = makeDataset(dir);
-    const data::Dataset dataset = openDataset(path);
-    GatedSource source(dataset);
-    source.set(true);
-    CollectedLog log;
     app::TerrainSettings settings = smallSettings();
     settings.pageSlots = 250;              // of 341, and of more than a picture needs
     settings.selection.tolerancePx = 8.0F; // the budget decides nothing: what preload() finds stays enough
-    gl::NullRenderer renderer = nullRenderer(settings);
-    app::TerrainResidency terrain(openDataset(path), settings, renderer, log, &source);
-    app::TerrainView view(terrain, settings.selection, renderer);
+    GatedTerrain gated(settings);
+    GatedSource& source = gated.source;
+    app::TerrainResidency& terrain = gated.terrain;
+    app::TerrainView& view = gated.view;
     const ViewState here = viewFrom(terrain.info(), 900, 500, 0);
     REQUIRE(view.preload(here));
     const auto frame = [&] {

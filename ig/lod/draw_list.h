@@ -64,11 +64,12 @@ struct LodStats {
     // Of a method that decides by vertex: times that tau was tried to meet the budget, and wall time of the
     // stages over all of them, ns. For statistics; nothing is decided by it.
     uint32_t trials = 0;
-    int64_t visitNs = 0;    // which pages are in view and open
-    int64_t evaluateNs = 0; // which vertices are active
-    int64_t listsNs = 0;    // lists made again
-    int64_t gatherNs = 0;   // of the lists, what is in view
-    int64_t boundNs = 0;    // the bound of the error
+    uint32_t trianglesCounted = 0; // to find tau with fewer trials
+    int64_t visitNs = 0;           // which pages are in view and open
+    int64_t evaluateNs = 0;        // which vertices are active
+    int64_t listsNs = 0;           // lists made again
+    int64_t gatherNs = 0;          // of the lists, what is in view
+    int64_t boundNs = 0;           // the bound of the error
 };
 
 // The result of one selection. Capacity is reserved once; a selection does not allocate.

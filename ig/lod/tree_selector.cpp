@@ -21,7 +21,7 @@ constexpr size_t kWantedCapacity = 64;
 constexpr size_t kExpectedPerTriangle = 3;
 // A vertex is morphed in over at least this many frames, or not at all.
 constexpr double kMorphFrames = 4.0;
-constexpr double kSpeedDecay = 0.95; // a frame
+constexpr double kSpeedDecay = 1.0 - kMorphBand / kMorphFrames; // a frame: what was held back is, too
 // What is no flight any more but a jump: 60 km/s and 30 degrees a frame at 60 Hz.
 constexpr double kJumpM = 1000.0;
 constexpr double kJumpRad = 0.5;
@@ -42,7 +42,17 @@ constexpr double kFarShare = 0.85; // below it, larger steps
 // With less than this share the view has changed as by a jump.
 constexpr double kJumpShare = 0.5;
 constexpr double kSettledShare = 0.9;
-constexpr int kTrials = 32;
+constexpr int kTrials = 16;
+constexpr double kSameReach = 1.02;
+// Beyond the budget by so much, or by more than a small step of tau helps, tau is found by counting.
+constexpr double kFarOver = 1.1;
+// Clusters are culled whole: what is this many bisections out of view is counted, too. Triangles of lists
+// against those of the census are then about so many, until the first trial says. Later trials aim lower,
+// after so many guesses they halve.
+constexpr int kLevelsBeyond = 1;
+constexpr double kMadePerCounted = 1.2;
+constexpr double kTrialShare = 0.02;
+constexpr int kGuesses = 3;
 // Finer is nothing: a thousandth of a pixel.
 constexpr double kFinestPx = 1e-3;
 // A box that grows by one on every side has corners that move by no more than this.
@@ -69,7 +79,7 @@ TreeSelector::TreeSelector(const TerrainShape& shape, std::span<const PageNode> 
     : _shape(shape), _pages(pages), _settings(settings), _budget(settings.triangleBudget),
       _graph(shape, pages, slots),
       _tree(_graph, settings.cullVertices, kExpectedPerTriangle * settings.triangleBudget),
-      _lists(_graph, _tree)
+      _lists(_graph, _tree), _census(_graph, _tree)
 {
     assert(settings.triangleBudget >= kSmallestTreeBudget);
     _visits.reserve(slots);
@@ -177,40 +187,97 @@ void TreeSelector::select(const ViewState& view, DrawList& out)
 void TreeSelector::solve(const ViewState& view, const Motion& motion, double reach, DrawList& out)
 {
     const uint32_t budget = _budget;
-    double fits = 0.0; // the largest reach known to fit, the smallest known not to
-    double fails = std::numeric_limits<double>::infinity();
-    const double slack = motion.jumped ? kJumpSlack : kFittingSlack;
+    Trial fits;  // the largest reach known to fit
+    Trial fails; // the smallest known not to
+    fails.reach = std::numeric_limits<double>::infinity();
     bool settles = motion.jumped;
+    bool counted = settles;
+    if (settles) {
+        count(view, reach, out);
+        const double ratio = _settings.cullVertices ? 1.0 : kMadePerCounted;
+        reach = std::min(_census.reachFor(kAimedShare * budget / ratio), _finestReach);
+    }
+    const double first = reach;
     VertexTree::Turn turn = motion.turn;
-    for (int trial = 0; trial < kTrials; ++trial) {
+    for (int number = 0; number < kTrials; ++number) {
         const uint32_t triangles = refine(view, reach, turn, out);
         turn = {}; // the tree has followed
         settles = settles || triangles < kJumpShare * budget;
-        if (triangles > budget) {
-            fails = reach;
-            const double aimed = (1.0 - std::ldexp(slack, trial)) * budget;
-            reach = fits > 0.0 ? std::sqrt(fits * fails) : fails * std::max(aimed / triangles, 0.3);
-            continue;
+        const bool over = triangles > budget;
+        const bool isFar = over ? triangles > kFarOver * budget || kSameReach * reach < first
+                                : settles && reach < _finestReach;
+        if (isFar && !counted) {
+            count(view, reach, out);
+            counted = true;
         }
-        fits = reach;
-        if (!settles || triangles >= kSettledShare * budget || fits >= _finestReach || fails < 1.02 * fits) {
+        Trial& known = over ? fails : fits;
+        known = {reach, static_cast<double>(triangles), counted ? _census.triangles(reach) : 0.0};
+        if (!over && (!settles || triangles >= kSettledShare * budget || fits.reach >= _finestReach)) {
             return;
         }
-        reach = std::isfinite(fails)
-                    ? std::sqrt(fits * fails)
-                    : std::min(_finestReach,
-                               fits * std::clamp(kAimedShare * budget / std::max(triangles, 1U), 1.05, 4.0));
+        if (fails.reach < kSameReach * fits.reach) {
+            break;
+        }
+        reach = counted ? reachByCount(known, fits, fails, number) : 0.0;
+        if (reach <= 0.0) {
+            reach = reachByTrial(known, fits, fails, settles ? kJumpSlack : kFittingSlack, number);
+        }
     }
-    if (_reach != fits || _triangles > budget) {
-        refine(view, fits, {}, out);
+    if (_reach != fits.reach || _triangles > budget) {
+        refine(view, fits.reach, {}, out);
     }
+}
+
+// Between the trials, where the census has the triangles aimed at; 0 where it does not know.
+double TreeSelector::reachByCount(const Trial& last, const Trial& fits, const Trial& fails,
+                                  int number) const noexcept
+{
+    const double aimed = (kAimedShare - (number > 0 ? kTrialShare : 0.0)) * _budget;
+    double counted = last.counted * aimed / std::max(last.made, 1.0);
+    if (fits.counted > 0.0 && fails.counted > fits.counted) {
+        const double share = number < kGuesses ? (aimed - fits.made) / (fails.made - fits.made) : 0.5;
+        counted = fits.counted + share * (fails.counted - fits.counted);
+    }
+    const double reach = std::min(_census.reachFor(counted), _finestReach);
+    return reach > fits.reach && reach < fails.reach ? reach : 0.0;
+}
+
+// As the triangles of the last trial say.
+double TreeSelector::reachByTrial(const Trial& last, const Trial& fits, const Trial& fails, double slack,
+                                  int number) const noexcept
+{
+    if (fits.reach > 0.0 && std::isfinite(fails.reach)) {
+        return std::sqrt(fits.reach * fails.reach);
+    }
+    if (fits.reach > 0.0) {
+        const double further = std::clamp(kAimedShare * _budget / std::max(last.made, 1.0), 1.05, 4.0);
+        return std::min(_finestReach, fits.reach * further);
+    }
+    return fails.reach * std::max((1.0 - std::ldexp(slack, number)) * _budget / last.made, 0.3);
+}
+
+// Of the triangles at every reach, for solve().
+void TreeSelector::count(const ViewState& view, double guess, DrawList& out)
+{
+    StageClock clock;
+    _census.take(view, Visibility(view, _shape.ellipsoid, _pages[0].minHeightM),
+                 {view.frustum.parallel ? kParallelDistanceM : 0.0, heldM(view),
+                  _settings.cullVertices ? 0 : kLevelsBeyond},
+                 guess, _finestReach, _budget);
+    out.stats.trianglesCounted += _census.looked();
+    clock.to(out.stats.evaluateNs);
+}
+
+// What is wanted at less than this is held back.
+double TreeSelector::heldM(const ViewState& view) const noexcept
+{
+    // Nothing nearer than the near plane is drawn, so an error below nearM / reach is within tau anywhere.
+    return std::max(shortestDistanceM(view), kMorphFrames * _speedM / kMorphBand);
 }
 
 double TreeSelector::cutFor(const ViewState& view, double reach) const noexcept
 {
-    // Nothing nearer than the near plane is drawn, so an error below nearM / reach is within tau anywhere.
-    return reach > 0.0 ? std::max(shortestDistanceM(view), kMorphFrames * _speedM / kMorphBand) / reach
-                       : std::numeric_limits<double>::infinity();
+    return reach > 0.0 ? heldM(view) / reach : std::numeric_limits<double>::infinity();
 }
 
 // Brings pages, active set and lists to a reach; returns the triangles in view, which are in out if they fit.

@@ -29,11 +29,17 @@
 //
 // Budget. tau follows the triangles in view: it moves slowly while the eye moves, stands still with it, and
 // is made larger at once, in the same frame, when the view would need more than the budget. After a jump it
-// is looked for at once. Two triangles always fit.
+// is looked for at once: the triangles at every reach are counted (triangle_census.h) before any is made, and
+// a trial or two makes them exact. Two triangles always fit.
+//
+// Lists. What a frame makes again follows from the vertices that come and go. Those cannot be put off: a
+// vertex that comes late pops, and a list left as it was cracks. The cut does bound them by the speed: what
+// is active stays so for a way of many frames.
 #pragma once
 
 #include "ig/lod/page_lists.h"
 #include "ig/lod/selector.h"
+#include "ig/lod/triangle_census.h"
 
 #include <array>
 #include <cstdint>
@@ -89,6 +95,12 @@ private:
         double urgency;
         int32_t page;
     };
+    // Of a reach.
+    struct Trial {
+        double reach = 0;
+        double made = 0;    // triangles in view
+        double counted = 0; // by the census; 0: none was taken
+    };
     // How the view moved since the last one.
     struct Motion {
         double movedM = 0;
@@ -100,6 +112,11 @@ private:
     double nextReach(const Motion& motion) const noexcept;
     void solve(const ViewState& view, const Motion& motion, double reach, DrawList& out);
     uint32_t refine(const ViewState& view, double reach, const VertexTree::Turn& turn, DrawList& out);
+    double reachByCount(const Trial& last, const Trial& fits, const Trial& fails, int number) const noexcept;
+    double reachByTrial(const Trial& last, const Trial& fits, const Trial& fails, double slack,
+                        int number) const noexcept;
+    void count(const ViewState& view, double guess, DrawList& out);
+    double heldM(const ViewState& view) const noexcept;
     double cutFor(const ViewState& view, double reach) const noexcept;
     void visitPages(const ViewState& view, double reach, LodStats& stats);
     void visitBelow(int32_t parent, const ViewState& view, double reach, const Visibility& visibility,
@@ -119,6 +136,7 @@ private:
     PageGraph _graph;
     VertexTree _tree;
     PageLists _lists;
+    TriangleCensus _census;
     // Of the last selection.
     ViewState _view;
     bool _hasView = false;

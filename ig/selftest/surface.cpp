@@ -17,9 +17,9 @@ namespace ig::selftest {
 
 namespace {
 
-// What a selection from scratch may take, several times over: most come to the budget in less than ten
-// trials, the extremes of ground and lens in two dozen.
-constexpr double kTrials = 30;
+// What a selection from scratch may take: most come to the budget in one or two trials, the extremes of
+// ground and lens in nine.
+constexpr double kTrials = 12;
 // Ten times what the slowest of them takes. Work is counted; this finds what takes long without counted work,
 // and no slow day.
 constexpr double kSelectionMs = 250;

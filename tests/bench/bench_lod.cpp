@@ -102,7 +102,7 @@ struct Flying {
 // One method's flight.
 struct Flown {
     std::string name;
-    std::vector<double> evaluated, lists, triangles, tauPx, errorPx, errorToTau, trials, ms;
+    std::vector<double> evaluated, lists, triangles, tauPx, errorPx, errorToTau, trials, counted, ms;
     std::vector<double> visitMs, evaluateMs, listsMs, gatherMs, boundMs;
     std::vector<uint64_t> listSums;
     uint64_t overBudget = 0, incomplete = 0;
@@ -116,6 +116,7 @@ struct Flown {
         evaluated.push_back(stats.verticesEvaluated);
         lists.push_back(stats.listsMade);
         trials.push_back(stats.trials);
+        counted.push_back(stats.trianglesCounted);
         visitMs.push_back(static_cast<double>(stats.visitNs) * 1e-6);
         evaluateMs.push_back(static_cast<double>(stats.evaluateNs) * 1e-6);
         listsMs.push_back(static_cast<double>(stats.listsNs) * 1e-6);
@@ -161,6 +162,7 @@ struct Flown {
                   {"gather", spread(gatherMs)},
                   {"bound", spread(boundMs)}}},
                 {"budget_trials", spread(trials)},
+                {"triangles_counted", spread(counted)},
                 {"frames_over_budget", overBudget},
                 {"frames_with_missing_tiles", incomplete}};
     }
