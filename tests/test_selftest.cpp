@@ -216,7 +216,7 @@ TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and wh
         for (const char* name : {"queries", "metrics", "log thread"}) {
             INFO(name);
             CHECK(*part(made, name).cost.threads == 1);
-            CHECK(*part(made, name).cost.frameMs > 0);
+            CHECK(part(made, name).cost.frameMs);
         }
         CHECK(part(made, "host").cost.frameMs);
         const ig::app::PartCost& sink = part(made, "sinks").cost;
@@ -225,7 +225,7 @@ TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and wh
         CHECK(depth.changedPixels.has_value() == depth.frameMs.has_value()); // where the driver can
         CHECK_FALSE(part(made, "control").used);
         CHECK(part(made, "control").cost.changedPixels == size_t{0});
-        CHECK(*part(made, "control").cost.frameMs > 0);
+        CHECK(part(made, "control").cost.frameMs);
         settings.host.listen = "127.0.0.1:8000"; // named, not opened
         settings.log.level = "info";
         settings.output.sinks = {"null"};
