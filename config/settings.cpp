@@ -233,31 +233,31 @@ const std::vector<Key<Settings>>& allKeys()
         k.push_back(text(
             "terrain.file", "a string, path of an .ept dataset",
             [](auto& s) -> auto& { return s.terrain.file; }));
-        k.push_back(choice(
+        k.push_back(live(choice(
             "terrain.method", {"hybrid", "bintree", "geomip"},
-            [](auto& s) -> auto& { return s.terrain.method; }));
+            [](auto& s) -> auto& { return s.terrain.method; })));
         k.push_back(live(integer(
             "terrain.triangle_budget", kFewestTriangles, kMostTriangles, "triangles per frame",
             [](auto& s) -> auto& { return s.terrain.triangleBudget; })));
-        k.push_back(number(
+        k.push_back(live(number(
             "terrain.frame_time_ms", 0, 10'000, "milliseconds, 0 for a fixed budget",
-            [](auto& s) -> auto& { return s.terrain.frameTimeMs; }));
-        k.push_back(integer(
+            [](auto& s) -> auto& { return s.terrain.frameTimeMs; })));
+        k.push_back(live(integer(
             "terrain.smallest_triangle_budget", kFewestTriangles, kMostTriangles, "triangles per frame",
-            [](auto& s) -> auto& { return s.terrain.smallestTriangleBudget; }));
+            [](auto& s) -> auto& { return s.terrain.smallestTriangleBudget; })));
         k.push_back(live(number(
             "terrain.tolerance_px", 0, 1000, "pixels",
             [](auto& s) -> auto& { return s.terrain.tolerancePx; })));
-        k.push_back(integer(
+        k.push_back(live(integer(
             "terrain.page_cache_mib", 4, 65'536, "MiB",
-            [](auto& s) -> auto& { return s.terrain.pageCacheMib; }));
+            [](auto& s) -> auto& { return s.terrain.pageCacheMib; })));
         k.push_back(live(integer(
             "terrain.page_loads_per_frame", 1, 1'024, "pages",
             [](auto& s) -> auto& { return s.terrain.pageLoadsPerFrame; })));
-        k.push_back(flag(
-            "terrain.wait_for_pages", [](auto& s) -> auto& { return s.terrain.waitForPages; }));
-        k.push_back(flag(
-            "terrain.morph", [](auto& s) -> auto& { return s.terrain.morph; }));
+        k.push_back(live(flag(
+            "terrain.wait_for_pages", [](auto& s) -> auto& { return s.terrain.waitForPages; })));
+        k.push_back(live(flag(
+            "terrain.morph", [](auto& s) -> auto& { return s.terrain.morph; })));
         k.push_back(integer(
             "view.id", 0, 65'535, "", [](auto& s) -> auto& { return s.view.id; }));
         k.push_back(integer(
@@ -284,19 +284,19 @@ const std::vector<Key<Settings>>& allKeys()
         k.push_back(number(
             "view.roll_deg", -180, 180, "degrees, right side down",
             [](auto& s) -> auto& { return s.view.rollDeg; }));
-        k.push_back(choice(
-            "shading.tint", {"hypsometric", "slope"}, [](auto& s) -> auto& { return s.shading.tint; }));
-        k.push_back(number(
+        k.push_back(live(choice(
+            "shading.tint", {"hypsometric", "slope"}, [](auto& s) -> auto& { return s.shading.tint; })));
+        k.push_back(live(number(
             "shading.sun_azimuth_deg", 0, 360, "degrees from north, clockwise",
-            [](auto& s) -> auto& { return s.shading.sunAzimuthDeg; }));
-        k.push_back(number(
+            [](auto& s) -> auto& { return s.shading.sunAzimuthDeg; })));
+        k.push_back(live(number(
             "shading.sun_elevation_deg", -90, 90, "degrees above the horizon",
-            [](auto& s) -> auto& { return s.shading.sunElevationDeg; }));
-        k.push_back(number(
-            "shading.ambient", 0, 1, "", [](auto& s) -> auto& { return s.shading.ambient; }));
-        k.push_back(number(
+            [](auto& s) -> auto& { return s.shading.sunElevationDeg; })));
+        k.push_back(live(number(
+            "shading.ambient", 0, 1, "", [](auto& s) -> auto& { return s.shading.ambient; })));
+        k.push_back(live(number(
             "shading.visibility_m", 0, 1e9, "metres, 0 for no haze",
-            [](auto& s) -> auto& { return s.shading.visibilityM; }));
+            [](auto& s) -> auto& { return s.shading.visibilityM; })));
         k.push_back(text(
             "host.listen", "a string, ADDRESS:PORT to receive on",
             [](auto& s) -> auto& { return s.host.listen; }));
@@ -337,8 +337,8 @@ const std::vector<Key<Settings>>& allKeys()
             [](auto& s) -> auto& { return s.output.ringSlots; }));
         k.push_back(flag(
             "output.depth", [](auto& s) -> auto& { return s.output.depth; }));
-        k.push_back(flag(
-            "output.skip_identical", [](auto& s) -> auto& { return s.output.skipIdentical; }));
+        k.push_back(live(flag(
+            "output.skip_identical", [](auto& s) -> auto& { return s.output.skipIdentical; })));
         k.push_back(integer(
             "graphics.device", -1, 255, "EGL device, -1 for the first that works",
             [](auto& s) -> auto& { return s.graphics.device; }));

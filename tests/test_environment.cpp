@@ -64,6 +64,38 @@ TEST_CASE("one sees as far as the atmosphere allows, and after a reset as far as
     CHECK(Environment(kWgs84, 0).airAt(kCentre).visibilityM == 0);
 }
 
+TEST_CASE("another default holds until the host orders an atmosphere, and again after a reset")
+{
+    Environment environment(kWgs84, 60'000);
+    environment.setDefaultVisibility(20'000);
+    CHECK(environment.airAt(kCentre).visibilityM == Approx(20'000));
+    Air air;
+    air.visibilityM = 12'000;
+    environment.set(air);
+    environment.setDefaultVisibility(30'000);
+    CHECK(environment.airAt(kCentre).visibilityM == Approx(12'000));
+    environment.reset();
+    CHECK(environment.airAt(kCentre).visibilityM == Approx(30'000));
+}
+
+TEST_CASE("what dims the view by order is an atmosphere or a layer that is on, not the default")
+{
+    Environment environment(kWgs84, 60'000);
+    CHECK_FALSE(environment.dimsByOrder());
+    WeatherLayer layer = fog();
+    REQUIRE(environment.set(layer));
+    CHECK(environment.dimsByOrder());
+    layer.enabled = false;
+    REQUIRE(environment.set(layer));
+    CHECK_FALSE(environment.dimsByOrder());
+    Air air;
+    air.visibilityM = 12'000;
+    environment.set(air);
+    CHECK(environment.dimsByOrder());
+    environment.reset();
+    CHECK_FALSE(environment.dimsByOrder());
+}
+
 TEST_CASE("a layer rules between base and top and fades out over its transition bands")
 {
     Environment environment(kWgs84, 50'000);

@@ -176,6 +176,13 @@ TEST_CASE("a packet with a value out of range is left out and counted, the rest 
     badEntity([](auto& e) { e.altitudeOrZM = 1.1e9; });
     badEntity([](auto& e) { e.attached = true, e.latitudeDegOrXM = -1e300; });
 
+    for (const double bad : {double(kNan), double(kInf), -double(kInf)}) {
+        check(HatHotRequest{.latitudeDegOrXM = bad}, Reason::notFinite);
+        check(HatHotRequest{.longitudeDegOrYM = bad}, Reason::notFinite);
+        check(HatHotRequest{.altitudeOrZM = bad}, Reason::notFinite);
+        check(HatHotRequest{.entityFrame = true, .altitudeOrZM = bad}, Reason::notFinite);
+    }
+
     check(RateControl{.xMps = 2e6F}, Reason::outOfRange);
     check(RateControl{.yawDegPerS = -2e6F}, Reason::outOfRange);
     check(RateControl{.pitchDegPerS = kNan}, Reason::notFinite);

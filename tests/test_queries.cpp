@@ -6,6 +6,9 @@
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
 
+#include <cmath>
+#include <limits>
+
 using namespace ig;
 
 namespace {
@@ -124,6 +127,51 @@ TEST_CASE("a point below ground has a negative height above it; one beside the t
     REQUIRE(answers.size() == 2);
     CHECK(std::get<hostif::HatHotResponse>(answers[0]).heightM == Approx(-70).margin(1e-5));
     CHECK_FALSE(std::get<hostif::HatHotExtendedResponse>(answers[1]).valid);
+}
+
+TEST_CASE("a point that is no place gets an answer that is not valid, and the next one is answered as ever")
+{
+    Asker a;
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    for (const double bad : {kNan, kInfinity, -kInfinity, 1e300, -1e12}) {
+        for (double HatHotRequest::*const part :
+             {&HatHotRequest::altitudeOrZM, &HatHotRequest::latitudeDegOrXM}) {
+            if (std::isfinite(bad) && part == &HatHotRequest::latitudeDegOrXM) {
+                continue; // an angle, if a large one
+            }
+            for (const bool entityFrame : {false, true}) {
+                INFO(bad << (entityFrame ? " of an entity" : ""));
+                for (const HatHotType type : {HatHotType::hat, HatHotType::hot, HatHotType::extended}) {
+                    HatHotRequest request = height(type);
+                    request.entityFrame = entityFrame;
+                    request.*part = bad;
+                    a.ask(request);
+                }
+                LosSegmentRequest sight;
+                sight.sourceLatitudeDegOrXM = sight.destinationLatitudeDegOrXM = 56.5;
+                sight.sourceAltitudeOrZM = bad;
+                a.ask(sight);
+                a.ask(height(HatHotType::hat));
+                const auto answers = a.frame();
+                REQUIRE(answers.size() == 5);
+                for (size_t i = 0; i < 2; ++i) {
+                    const auto& single = std::get<hostif::HatHotResponse>(answers[i]);
+                    CHECK_FALSE(single.valid);
+                    CHECK(single.heightM == 0);
+                }
+                const auto& both = std::get<hostif::HatHotExtendedResponse>(answers[2]);
+                CHECK_FALSE(both.valid);
+                CHECK((both.hatM == 0 && both.hotM == 0));
+                const auto& seen = std::get<hostif::LosResponse>(answers[3]);
+                CHECK_FALSE(seen.valid);
+                CHECK_FALSE(seen.visible);
+                const auto& good = std::get<hostif::HatHotResponse>(answers[4]);
+                CHECK(good.valid);
+                CHECK(good.heightM == Approx(250).margin(1e-5));
+            }
+        }
+    }
 }
 
 TEST_CASE("points may be offsets from an entity; without it the answer is not valid")

@@ -6,12 +6,9 @@
 #include "hostif/protocol.h"
 #include "ig/app/explain.h"
 #include "ig/app/image_generator.h"
-#include "ig/gl/context.h"
 #include "ig/selftest/selftest.h"
-#include "land_grid.h"
 #include "process.h"
-#include "temp_dir.h"
-#include "tools/terrain/compile.h"
+#include "small_hills.h"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -22,53 +19,11 @@
 #include <limits>
 
 using namespace ig::selftest;
+using namespace test;
 
 namespace {
 
-bool hasDriver()
-{
-    const bool has = static_cast<bool>(ig::gl::Context::create({}));
-    if (!has) {
-        WARN("skipped: no usable EGL");
-    }
-    return has;
-}
-
 constexpr const char* kBeyondBound = "posts that the bound leaves out";
-
-using Height = std::function<double(uint32_t col, uint32_t row)>;
-
-double hills(uint32_t col, uint32_t row)
-{
-    return 300 + 200 * std::sin(col * 0.11) * std::cos(row * 0.07);
-}
-
-double hillsWithAHole(uint32_t col, uint32_t row)
-{
-    return col / 40 == 3 && row / 40 == 2 ? std::nan("") : hills(col, row);
-}
-
-std::string makeDataset(const test::TempDir& dir, const std::string& name, const Height& heightM,
-                        uint32_t posts = 257)
-{
-    const std::string path = dir.file(name + ".ept");
-    REQUIRE(ig::terrain::compileHeights(posts, posts, test::landGrid(57.5, -5.0), heightM, path));
-    return path;
-}
-
-config::Settings smallPicture(const std::string& terrain)
-{
-    config::Settings settings;
-    settings.terrain.file = terrain;
-    settings.terrain.pageCacheMib = 42;
-    settings.view.width = 320;
-    settings.view.height = 180;
-    return settings;
-}
-
-struct Silent : ig::LogSink {
-    void write(ig::LogLevel, std::string_view) override {}
-};
 
 const ig::app::Part& part(const ig::app::Explanation& explanation, const std::string& name)
 {
@@ -80,52 +35,6 @@ const ig::app::Part& part(const ig::app::Explanation& explanation, const std::st
     FAIL("no part named " << name);
     return explanation.parts.front();
 }
-
-// Keeps the newest picture.
-struct Kept : ig::out::FrameSink {
-    explicit Kept(std::vector<std::byte>& picture) : last(picture) {}
-    ig::Result<void> write(const ig::out::Frame& frame) override
-    {
-        last.assign(frame.rgba.begin(), frame.rgba.end());
-        return {};
-    }
-    ig::out::SinkStats stats() const override { return {}; }
-    ig::Result<ig::out::SinkStats> close() override { return ig::out::SinkStats(); }
-    std::vector<std::byte>& last;
-};
-
-// What the first view shows after some frames of a run.
-std::vector<std::byte> pictureOf(ig::app::ImageGenerator& generator, uint64_t firstSlot = 0)
-{
-    std::vector<std::byte> picture;
-    generator.addSink("kept", std::make_unique<Kept>(picture));
-    for (uint64_t slot = firstSlot; slot < firstSlot + 3; ++slot) {
-        generator.frame(1'000'000'000 + static_cast<int64_t>(slot) * 16'666'667, slot);
-    }
-    generator.finish(0.05);
-    REQUIRE_FALSE(picture.empty());
-    return picture;
-}
-
-std::unique_ptr<ig::app::ImageGenerator> generatorOf(const config::Settings& settings, ig::LogSink& log)
-{
-    auto made = ig::app::ImageGenerator::create(settings, log);
-    REQUIRE(made);
-    return *std::move(made);
-}
-
-// Hills in a small picture that waits for its pages, and no host.
-struct SmallHills {
-    SmallHills()
-    {
-        settings.host.listen.clear();
-        settings.terrain.waitForPages = true;
-    }
-
-    test::TempDir dir;
-    Silent log;
-    config::Settings settings = smallPicture(makeDataset(dir, "whole", hills));
-};
 
 } // namespace
 
@@ -307,8 +216,16 @@ TEST_CASE("what a scene leaves out changes no pixel when it is forced in, and wh
         for (const char* name : {"queries", "metrics", "log thread"}) {
             INFO(name);
             CHECK(*part(made, name).cost.threads == 1);
+            CHECK(part(made, name).cost.frameMs);
         }
         CHECK(part(made, "host").cost.frameMs);
+        const ig::app::PartCost& sink = part(made, "sinks").cost;
+        CHECK(sink.frameMs.has_value() == sink.threads.has_value()); // where png is built in
+        const ig::app::PartCost& depth = part(made, "depth").cost;
+        CHECK(depth.changedPixels.has_value() == depth.frameMs.has_value()); // where the driver can
+        CHECK_FALSE(part(made, "control").used);
+        CHECK(part(made, "control").cost.changedPixels == size_t{0});
+        CHECK(part(made, "control").cost.frameMs);
         settings.host.listen = "127.0.0.1:8000"; // named, not opened
         settings.log.level = "info";
         settings.output.sinks = {"null"};
@@ -399,13 +316,18 @@ TEST_CASE_METHOD(SmallHills, "pages that are all in memory show what is shown wh
         return;
     }
     settings.terrain.triangleBudget = 4'000;
-    const auto inMemory = generatorOf(settings, log);
+    const auto shown = [this](uint32_t& slots) { // one context at a time
+        const auto generator = generatorOf(settings, log);
+        slots = generator->summary(0).pageSlots;
+        return pictureOf(*generator);
+    };
+    uint32_t all = 0, some = 0;
+    const std::vector<std::byte> inMemory = shown(all);
     settings.terrain.pageCacheMib = 1;
-    const auto paging = generatorOf(settings, log);
-    const ig::app::RunSummary all = inMemory->summary(0);
-    CHECK(all.pageSlots == 21); // 1 + 4 + 16
-    CHECK(paging->summary(0).pageSlots < all.pageSlots);
-    CHECK((pictureOf(*inMemory) == pictureOf(*paging)));
+    const std::vector<std::byte> paging = shown(some);
+    CHECK(all == 21); // 1 + 4 + 16
+    CHECK(some < all);
+    CHECK((inMemory == paging));
 }
 
 TEST_CASE("a host that asks for heights gets the pictures of one that does not")
@@ -474,7 +396,7 @@ TEST_CASE("a plan leaves the morph out where no budget, tolerance or cache lets 
     const auto showsWith = [&](const std::function<void(config::Settings&)>& change) {
         config::Settings settings = small;
         change(settings);
-        CHECK((ig::app::ImageGenerator::plan(settings, *dataset).renderer.morph != ig::gl::Morph::none) ==
+        CHECK((ig::app::planFor(settings, *dataset).renderer.morph != ig::gl::Morph::none) ==
               ig::app::showsMorph(settings, *dataset));
         return ig::app::showsMorph(settings, *dataset);
     };
@@ -497,31 +419,6 @@ TEST_CASE("a plan leaves the morph out where no budget, tolerance or cache lets 
     CHECK_FALSE(ig::app::showsMorph(small, *large));
     small.terrain.pageCacheMib = 1; // not all pages
     CHECK(ig::app::showsMorph(small, *large));
-}
-
-TEST_CASE("a run without the morph says so when new settings would show it")
-{
-    if (!hasDriver()) {
-        return;
-    }
-    struct Lines : ig::LogSink {
-        void write(ig::LogLevel, std::string_view line) override { text += std::string(line) + "\n"; }
-        std::string text;
-    };
-    const test::TempDir dir;
-    Lines log;
-    config::Settings settings = smallPicture(makeDataset(dir, "small", hills, 100));
-    settings.host.listen.clear();
-    settings.terrain.tolerancePx = 0.1;
-    settings.terrain.triangleBudget = 40'000;
-    const auto generator = generatorOf(settings, log);
-    settings.terrain.tolerancePx = 0.2;
-    generator->apply(settings);
-    CHECK(log.text.find("morph_left_out") == std::string::npos);
-    settings.terrain.tolerancePx = 3;
-    generator->apply(settings);
-    CHECK(log.text.find("morph_left_out") != std::string::npos);
-    CHECK(generator->frame(1'000'000'000, 0).front().lod.triangles > 0);
 }
 
 // Its minute is for what is delivered; with a sanitizer the cases above are enough.

@@ -29,16 +29,6 @@ out::SinkFormat sinkFormat(const config::View& view, bool waits)
 
 } // namespace
 
-lod::SelectionSettings selectionSettings(const config::Settings& settings, const config::View& view)
-{
-    lod::SelectionSettings out;
-    out.method = *lod::methodOf(settings.terrain.method);
-    out.triangleBudget = static_cast<uint32_t>(view.triangleBudget);
-    out.tolerancePx = static_cast<float>(view.tolerancePx);
-    out.morph = settings.terrain.morph;
-    return out;
-}
-
 Result<std::vector<Channel::NamedSink>> Channel::openSinks(const config::View& settings, bool waits)
 {
     std::vector<NamedSink> sinks;
@@ -61,20 +51,31 @@ Result<std::vector<Channel::NamedSink>> Channel::openSinks(const config::View& s
 }
 
 Channel::Channel(const config::Settings& settings, const config::View& view, size_t picture,
-                 const SlotTurns& turns, TerrainResidency& terrain, gl::Renderer& renderer, LogSink& log,
-                 const ViewState& idle, std::vector<NamedSink> sinks)
-    : _settings(view), _picture(picture), _turns(turns), _terrain(terrain), _renderer(renderer), _log(log),
-      _terrainView(terrain, selectionSettings(settings, view), renderer), _view(idle),
-      _sinks(std::move(sinks)), _budget(static_cast<uint32_t>(view.triangleBudget)),
-      _skipIdentical(settings.output.skipIdentical)
+                 const SlotTurns& turns, Drawing& drawing, LogSink& log, std::vector<NamedSink> sinks)
+    : _settings(view), _picture(picture), _turns(turns), _drawing(&drawing), _log(log),
+      _view(drawing.plan().views[picture].idle), _sinks(std::move(sinks)),
+      _budget(static_cast<uint32_t>(view.triangleBudget)), _skipIdentical(settings.output.skipIdentical)
 {
-    if (settings.terrain.frameTimeMs > 0) {
-        const lod::BudgetControllerSettings control{
-            settings.terrain.frameTimeMs, static_cast<uint32_t>(settings.terrain.smallestTriangleBudget),
-            static_cast<uint32_t>(view.triangleBudget)};
-        _timeControl.emplace(control, terrain.info().shape.ellipsoid);
-    }
+    steer(settings);
     reserveMemory();
+}
+
+// What the control has learned of this machine it keeps while it is to hold the same time.
+void Channel::steer(const config::Settings& settings)
+{
+    const lod::BudgetControllerSettings wanted{settings.terrain.frameTimeMs,
+                                               static_cast<uint32_t>(settings.terrain.smallestTriangleBudget),
+                                               static_cast<uint32_t>(_settings.triangleBudget)};
+    if (!(settings.terrain.frameTimeMs > 0)) {
+        _timeControl.reset();
+    } else if (_timeControl && wanted.targetMs == _steering.targetMs &&
+               wanted.smallestBudget == _steering.smallestBudget) {
+        _timeControl->setLargestBudget(wanted.largestBudget);
+    } else {
+        _timeControl.emplace(wanted, _drawing->terrain().info().shape.ellipsoid);
+        _toldOutOfReach = false;
+    }
+    _steering = wanted;
 }
 
 bool Channel::takesPictures() const noexcept
@@ -94,14 +95,18 @@ void Channel::reserveMemory()
 
 Result<void> Channel::warmUp()
 {
-    if (auto loaded = _terrainView.preload(_view); !loaded) {
-        return loaded;
+    if (auto warm = _drawing->warmUp(_picture, _view); !warm) {
+        return warm;
     }
-    FrameStats unused;
-    _renderer.setPicture(_picture);
-    _terrainView.draw(_view, unused);
     bringIn({_rgba, _depthM}, 1.0);
     return {};
+}
+
+void Channel::drawWith(Drawing& drawing)
+{
+    _drawing = &drawing;
+    _view = ViewState(viewWith(drawing.plan()));
+    _readerCame = true; // whatever was read before is of another picture
 }
 
 FrameStats Channel::frame(const scene::World& world, const FrameMoment& moment)
@@ -113,16 +118,17 @@ FrameStats Channel::frame(const scene::World& world, const FrameMoment& moment)
     const auto clockNs = [&moment] { return steadyNs() + moment.recordingAheadNs; };
     const auto view = world.viewState(id(), _view.widthPx, _view.heightPx, moment.displayS);
     stats.placed = view.has_value();
+    _placed = _placed || stats.placed;
     // A host that destroys its ownship or resets leaves the last picture, not a black one.
     _view = view.value_or(_view);
     const int64_t renderStartNs = clockNs();
 
     if (_timeControl) {
-        _terrainView.setTriangleBudget(_timeControl->budgetFor(_view));
+        terrainView().setTriangleBudget(_timeControl->budgetFor(_view));
     }
-    _renderer.setPicture(_picture);
+    _drawing->renderer().setPicture(_picture);
     const bool isNew =
-        _terrainView.draw(_view, stats, _skipIdentical && moment.light == 1.0 && _light == 1.0);
+        terrainView().draw(_view, stats, _skipIdentical && moment.light == 1.0 && _light == 1.0);
     _light = moment.light;
     const int64_t drawn = clockNs();
     const out::FrameMemory memory = memoryForFrame();
@@ -132,12 +138,12 @@ FrameStats Channel::frame(const scene::World& world, const FrameMoment& moment)
     const int64_t readBack = clockNs();
     stats.readBackNs = readBack - drawn;
     _budget = stats.triangleBudget;
-    out::Receipt receipt = receiptOf(stats, _view, _terrain.info().shape.ellipsoid,
+    out::Receipt receipt = receiptOf(stats, _view, _drawing->terrain().info().shape.ellipsoid,
                                      {moment.scheduleStartNs, renderStartNs, readBack, moment.rateHz},
                                      moment.host, _arrivalS.has_value());
     receipt.view_id = id();
     receipt.triangle_budget = stats.triangleBudget;
-    receipt.dataset_checksum = _terrain.info().checksum;
+    receipt.dataset_checksum = _drawing->terrain().info().checksum;
     receipt.missed = missedFrames();
     receipt.host_lost = moment.session.lost;
     receipt.host_late = moment.session.late;
@@ -182,13 +188,13 @@ void Channel::bringIn(const out::FrameMemory& memory, double light)
 {
     _readerCame = false;
     if (memory.rgba.empty()) {
-        _renderer.finish();
+        _drawing->renderer().finish();
         return;
     }
-    _renderer.read(memory.rgba);
+    _drawing->renderer().read(memory.rgba);
     dim(memory.rgba, light);
     if (!memory.depthM.empty()) {
-        _renderer.readDepth(memory.depthM);
+        _drawing->renderer().readDepth(memory.depthM);
     }
 }
 
@@ -238,11 +244,14 @@ void Channel::apply(const config::Settings& settings, const config::View& view)
 {
     _settings.triangleBudget = view.triangleBudget;
     _settings.tolerancePx = view.tolerancePx;
-    const lod::SelectionSettings selection = selectionSettings(settings, view);
-    _terrainView.reconfigure(selection);
-    if (_timeControl) {
-        _timeControl->setLargestBudget(selection.triangleBudget);
+    const bool steered = _timeControl.has_value();
+    steer(settings);
+    if (steered && !_timeControl) {
+        terrainView().setTriangleBudget(static_cast<uint32_t>(view.triangleBudget));
     }
+    _skipIdentical = settings.output.skipIdentical;
+    reserveMemory();
+    _readerCame = true; // frames may be read to other memory now
 }
 
 void Channel::addSink(std::string name, std::unique_ptr<out::FrameSink> sink)

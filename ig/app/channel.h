@@ -5,15 +5,14 @@
 #pragma once
 
 #include "config/settings.h"
+#include "ig/app/drawing.h"
 #include "ig/app/frame_schedule.h"
 #include "ig/app/frame_stats.h"
 #include "ig/app/frame_time_control.h"
 #include "ig/app/metrics.h"
 #include "ig/app/run_statistics.h"
-#include "ig/app/terrain_view.h"
 #include "ig/base/log.h"
 #include "ig/base/result.h"
-#include "ig/gl/renderer.h"
 #include "ig/out/frame_sink.h"
 #include "ig/scene/world.h"
 
@@ -49,14 +48,14 @@ public:
     // Errors: of whichever sink.
     static Result<std::vector<NamedSink>> openSinks(const config::View& settings, bool waits);
 
-    // picture: of the renderer. idle: what is drawn until the host has said something about the view.
-    // terrain, renderer and log must outlive the channel.
+    // picture: of the renderer, and the view's number in the plan. drawing and log must outlive the channel.
     Channel(const config::Settings& settings, const config::View& view, size_t picture,
-            const SlotTurns& turns, TerrainResidency& terrain, gl::Renderer& renderer, LogSink& log,
-            const ViewState& idle, std::vector<NamedSink> sinks);
+            const SlotTurns& turns, Drawing& drawing, LogSink& log, std::vector<NamedSink> sinks);
 
-    // Loads what the first picture needs and draws it for nobody: drivers compile at the first draw.
+    // As Drawing::warmUp, with all that happens to a picture.
     Result<void> warmUp();
+    // Draws with another one, or with what has become of the one it has, from the next frame on.
+    void drawWith(Drawing& drawing);
 
     // Whether a frame is due in this slot of the schedule. Once per slot, slots in order.
     bool takeTurn(uint64_t slot) noexcept { return _turns.take(slot); }
@@ -64,7 +63,7 @@ public:
     void noteArrival(double arrivalS) noexcept { _arrivalS = arrivalS; }
     FrameStats frame(const scene::World& world, const FrameMoment& moment);
     // After the frames of a slot: what is better done while nothing is drawn.
-    void askForPages() { _terrainView.askForPages(); }
+    void askForPages() { terrainView().askForPages(); }
 
     // Takes over what may change while running; between frames, allocates.
     void apply(const config::Settings& settings, const config::View& view);
@@ -74,6 +73,11 @@ public:
     // Finishes the sinks.
     void finish();
 
+    // What is drawn with this plan until the host says something else.
+    const ViewState& viewWith(const Plan& plan) const noexcept
+    {
+        return _placed ? _view : plan.views[_picture].idle;
+    }
     const config::View& settings() const noexcept { return _settings; }
     uint16_t id() const noexcept { return static_cast<uint16_t>(_settings.id); }
     const RunStatistics& statistics() const noexcept { return _statistics; }
@@ -84,6 +88,8 @@ public:
     void addSinkNames(MetricsLabels& labels) const;
 
 private:
+    TerrainView& terrainView() noexcept { return _drawing->view(_picture); }
+    void steer(const config::Settings& settings);
     bool takesPictures() const noexcept;
     void reserveMemory();
     out::FrameMemory memoryForFrame();
@@ -94,13 +100,13 @@ private:
     config::View _settings;
     size_t _picture;
     SlotTurns _turns;
-    TerrainResidency& _terrain;
-    gl::Renderer& _renderer;
+    Drawing* _drawing;
     LogSink& _log;
-    TerrainView _terrainView;
     std::optional<FrameTimeControl> _timeControl; // absent: fixed budget
+    lod::BudgetControllerSettings _steering;      // what it was made with
     bool _toldOutOfReach = false;                 // that the control cannot hold its time
     ViewState _view;                              // the last one drawn, at first the idle one
+    bool _placed = false;                         // the host has said something about the view
     std::vector<NamedSink> _sinks;
     std::vector<std::byte> _rgba; // for frames that no sink has memory for; empty: nobody reads them
     std::vector<float> _depthM;   // empty: nobody wants it
@@ -112,8 +118,5 @@ private:
     double _light = 1;               // of the last picture
     std::optional<double> _arrivalS; // of the newest message since the last frame
 };
-
-// The selection that a view asks for.
-lod::SelectionSettings selectionSettings(const config::Settings& settings, const config::View& view);
 
 } // namespace ig::app

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "ig/app/explain.h"
 
+#include "ig/app/drawing.h"
 #include "ig/app/frame_time_control.h"
 #include "ig/app/host_link.h"
-#include "ig/app/image_generator.h"
 #include "ig/app/log_writer.h"
 #include "ig/app/metrics_server.h"
 #include "ig/app/signals.h"
 #include "ig/app/steady_clock.h"
-#include "ig/app/terrain_view.h"
 #include "ig/data/height_query.h"
 #include "ig/gl/context.h"
 #include "ig/lod/bounds.h"
@@ -35,6 +34,7 @@ namespace ig::app {
 namespace {
 
 constexpr int kFrames = 15; // of which the fastest counts
+constexpr int kStored = 5;  // the same, where each is stored before the next
 
 template <class Work>
 int64_t timeNs(const Work& work)
@@ -84,9 +84,10 @@ std::optional<int64_t> heapBytes()
 #endif
 }
 
-// Threads that run and memory that is held while what `make` returns lives; nothing where that is nothing.
-template <class Make>
-PartCost costOf(const Make& make)
+// Threads that run and memory that is held while what `make` returns lives, and what it then does for a
+// frame; nothing where that is nothing.
+template <class Make, class Frame>
+PartCost costOf(const Make& make, const Frame& frameMs)
 {
     const int threadsBefore = threads();
     const std::optional<int64_t> bytesBefore = heapBytes();
@@ -97,6 +98,7 @@ PartCost costOf(const Make& make)
         if (const auto bytes = heapBytes(); bytes && bytesBefore) {
             cost.bytes = *bytes - *bytesBefore;
         }
+        cost.frameMs = frameMs(*kept);
     }
     return cost;
 }
@@ -106,20 +108,16 @@ class Scene {
 public:
     enum class Ends { read, drawn }; // when a frame does
 
-    static Result<std::unique_ptr<Scene>> make(const gl::Context& context, const config::Settings& settings,
+    static Result<std::unique_ptr<Scene>> make(const gl::Context& context, const data::Dataset& dataset,
                                                const Plan& plan, LogSink& log)
     {
-        auto dataset = data::Dataset::open(settings.terrain.file);
-        if (!dataset) {
-            return Unexpected{dataset.error()};
+        auto drawing = Drawing::make(context, dataset, plan, log);
+        if (!drawing) {
+            return Unexpected{drawing.error()};
         }
-        auto renderer = gl::Renderer::create(context, plan.renderer);
-        if (!renderer) {
-            return Unexpected{renderer.error()};
-        }
-        std::unique_ptr<Scene> scene(new Scene(*std::move(renderer), *std::move(dataset), plan, log));
-        for (size_t i = 0; i < scene->_views.size(); ++i) {
-            if (auto loaded = scene->_views[i]->preload(plan.views[i].idle); !loaded) {
+        std::unique_ptr<Scene> scene(new Scene(*std::move(drawing)));
+        for (size_t i = 0; i < plan.views.size(); ++i) {
+            if (auto loaded = scene->view(i).preload(plan.views[i].idle); !loaded) {
                 return Unexpected{loaded.error()};
             }
         }
@@ -134,15 +132,15 @@ public:
     FrameStats frame(bool keepPicture, Ends ends = Ends::read)
     {
         FrameStats stats;
-        for (size_t i = _views.size(); i-- > 0;) {
-            _renderer->setPicture(i);
-            if (!_views[i]->draw(_plan.views[i].idle, stats, keepPicture)) {
+        for (size_t i = plan().views.size(); i-- > 0;) {
+            renderer().setPicture(i);
+            if (!view(i).draw(plan().views[i].idle, stats, keepPicture)) {
                 continue;
             }
             if (ends == Ends::read) {
                 readPicture(i);
             } else {
-                _renderer->finish();
+                renderer().finish();
             }
         }
         return stats;
@@ -151,57 +149,55 @@ public:
     // Of view i, as it was drawn last.
     void readPicture(size_t i = 0)
     {
-        _renderer->setPicture(i);
+        renderer().setPicture(i);
         _picture.resize(pictureBytes(i));
-        _renderer->read(_picture);
+        renderer().read(_picture);
     }
 
     size_t pictureBytes(size_t i) const noexcept
     {
-        const ViewState& view = _plan.views[i].idle;
+        const ViewState& view = plan().views[i].idle;
         return size_t{4} * static_cast<size_t>(view.widthPx) * static_cast<size_t>(view.heightPx);
     }
+
+    // Of the first view.
+    void setTriangleBudget(uint32_t triangles) noexcept { view(0).setTriangleBudget(triangles); }
 
     // The first view by a list of one's own.
     void drawList(const lod::DrawList& list)
     {
-        _renderer->setPicture(0);
-        _renderer->draw(_plan.views.front().idle, list, _terrain.slotOfPage());
+        renderer().setPicture(0);
+        renderer().draw(plan().views.front().idle, list, terrain().slotOfPage());
         readPicture();
     }
 
-    const lod::DrawList& firstList() const noexcept { return _views.front()->drawList(); }
+    const lod::DrawList& firstList() noexcept { return view(0).drawList(); }
 
     // Vertices, texels and morph of the root page, as a loader's thread makes them.
     void makePage()
     {
-        data::buildPage(_terrain.info(), _terrain.dataset().pages()[0], _rootHeights,
-                        {.shading = _plan.terrain.shading,
-                         .texels = _plan.terrain.texels,
-                         .morph = _plan.renderer.morph != gl::Morph::none},
+        data::buildPage(terrain().info(), terrain().dataset().pages()[0], _rootHeights,
+                        {.shading = plan().terrain.shading,
+                         .texels = plan().terrain.texels,
+                         .morph = plan().renderer.morph != gl::Morph::none},
                         _mesh);
     }
 
-    gl::Renderer& renderer() noexcept { return *_renderer; }
-    TerrainResidency& terrain() noexcept { return _terrain; }
+    gl::Renderer& renderer() noexcept { return _drawing->renderer(); }
+    TerrainResidency& terrain() noexcept { return _drawing->terrain(); }
     const std::vector<std::byte>& picture() const noexcept { return _picture; }
 
 private:
-    Scene(std::unique_ptr<gl::Renderer> renderer, data::Dataset dataset, const Plan& plan, LogSink& log)
-        : _plan(plan), _renderer(std::move(renderer)),
-          _terrain(std::move(dataset), plan.terrain, *_renderer, log)
+    explicit Scene(std::unique_ptr<Drawing> drawing) : _drawing(std::move(drawing))
     {
-        for (const Plan::View& view : plan.views) {
-            _views.push_back(std::make_unique<TerrainView>(_terrain, view.selection, *_renderer));
-        }
         // Of a damaged one preload() says so.
-        (void)_terrain.dataset().readPage(0, nullptr, _rootHeights);
+        (void)terrain().dataset().readPage(0, nullptr, _rootHeights);
     }
 
-    Plan _plan;
-    std::unique_ptr<gl::Renderer> _renderer;
-    TerrainResidency _terrain;
-    std::vector<std::unique_ptr<TerrainView>> _views;
+    const Plan& plan() const noexcept { return _drawing->plan(); }
+    TerrainView& view(size_t i) noexcept { return _drawing->view(i); }
+
+    std::unique_ptr<Drawing> _drawing;
     std::vector<std::byte> _picture;
     data::PageHeights _rootHeights;
     data::PageMesh _mesh;
@@ -272,8 +268,10 @@ size_t changedPixels(const std::vector<std::byte>& a, const std::vector<std::byt
 
 class Explainer {
 public:
-    Explainer(const gl::Context& context, const config::Settings& settings, Plan plan, LogSink& log)
-        : _context(context), _settings(settings), _plan(std::move(plan)), _log(log)
+    Explainer(const gl::Context& context, const data::Dataset& dataset, const config::Settings& settings,
+              LogSink& log)
+        : _context(context), _dataset(dataset), _settings(settings), _plan(planFor(settings, dataset)),
+          _log(log)
     {
         _plan.terrain.waitForPages = true; // both sides of a comparison draw the same pages
     }
@@ -281,7 +279,7 @@ public:
     Result<Explanation> explain()
     {
         const int threadsBefore = threads();
-        auto planned = Scene::make(_context, _settings, _plan, _log);
+        auto planned = Scene::make(_context, _dataset, _plan, _log);
         if (!planned) {
             return Unexpected{planned.error()};
         }
@@ -322,7 +320,7 @@ private:
     {
         Plan other = _plan;
         flip(other);
-        auto flipped = Scene::make(_context, _settings, other, _log);
+        auto flipped = Scene::make(_context, _dataset, other, _log);
         if (!flipped) {
             return Unexpected{flipped.error()};
         }
@@ -486,15 +484,17 @@ private:
     {
         _scene->frame(false);
         const std::vector<std::byte> read = _scene->picture();
-        PartCost cost = costOf([this] {
-            auto memory = std::make_unique<std::vector<std::vector<std::byte>>>();
+        const auto memory = [this] {
+            auto pictures = std::make_unique<std::vector<std::vector<std::byte>>>();
             for (size_t i = 0; i < _plan.views.size(); ++i) {
-                memory->emplace_back(_scene->pictureBytes(i));
+                pictures->emplace_back(_scene->pictureBytes(i));
             }
-            return memory;
+            return pictures;
+        };
+        PartCost cost = costOf(memory, [this](const auto&) {
+            return leastMsMore([&] { _scene->frame(false); },
+                               [&] { _scene->frame(false, Scene::Ends::drawn); });
         });
-        cost.frameMs =
-            leastMsMore([&] { _scene->frame(false); }, [&] { _scene->frame(false, Scene::Ends::drawn); });
         _scene->frame(false, Scene::Ends::drawn);
         _scene->readPicture();
         cost.changedPixels = changedPixels(read, _scene->picture());
@@ -526,8 +526,12 @@ private:
         PartCost cost;
         if (_context.info().readDepth) {
             std::vector<float> plane(static_cast<size_t>(view.width * view.height));
+            _scene->frame(false);
+            const std::vector<std::byte> without = _scene->picture();
             cost.frameMs = leastMs([&] { _scene->renderer().readDepth(plane); });
             cost.bytes = static_cast<int64_t>(plane.size() * sizeof(plane[0]));
+            _scene->readPicture();
+            cost.changedPixels = changedPixels(without, _scene->picture());
         } else {
             why += "; this driver cannot read depth";
         }
@@ -537,61 +541,68 @@ private:
         add("depth plane", view.depth && !view.sinks.empty(), std::move(why), cost);
     }
 
+    // Pixels: where it has all the time there is.
     void addTimeControl()
     {
-        const FrameStats stats = _scene->frame(false);
-        FrameTimeControl steering({10.0, 512, 24'000}, _scene->terrain().info().shape.ellipsoid);
+        constexpr double kAllTheTimeMs = 1e9;
+        const ViewState& view = _plan.views.front().idle;
+        const uint32_t budget = _plan.views.front().selection.triangleBudget;
+        FrameStats stats = _scene->frame(false);
+        const std::vector<std::byte> without = _scene->picture();
+        FrameTimeControl steering({kAllTheTimeMs, std::min(budget, 512U), budget},
+                                  _scene->terrain().info().shape.ellipsoid);
+        for (int frame = 0; frame < kFrames; ++frame) {
+            _scene->setTriangleBudget(steering.budgetFor(view));
+            stats = _scene->frame(false);
+            steering.look(view, _scene->picture());
+            steering.observe(stats);
+        }
         PartCost cost;
+        cost.changedPixels = changedPixels(without, _scene->picture());
         cost.frameMs = leastMs([&] {
-            (void)steering.budgetFor(_plan.views.front().idle);
-            steering.look(_plan.views.front().idle, _scene->picture());
+            (void)steering.budgetFor(view);
+            steering.look(view, _scene->picture());
             steering.observe(stats);
         });
+        cost.bytes = static_cast<int64_t>(sizeof(FrameTimeControl));
+        _scene->setTriangleBudget(budget);
         add("control by frame time", _settings.terrain.frameTimeMs > 0,
-            fmt::format("terrain.frame_time_ms is {:g}", _settings.terrain.frameTimeMs), cost);
+            fmt::format("terrain.frame_time_ms is {:g}; pixels: with time enough",
+                        _settings.terrain.frameTimeMs),
+            cost);
     }
 
-    struct HostLinkCost {
-        PartCost held;
-        double frameMs = 0;
-    };
-
     // Of a link with nobody at the other end.
-    HostLinkCost hostLinkCost(const char* listen)
+    PartCost hostLinkCost(const char* listen)
     {
         config::Settings settings = _settings;
         settings.host.listen = listen;
         settings.host.record.clear();
-        HostLinkCost cost;
-        std::optional<HostLink> link;
-        cost.held = costOf([&] {
-            if (auto opened = HostLink::open(settings, _log)) {
-                link.emplace(*std::move(opened));
-            }
-            return link.has_value();
-        });
-        if (link) {
-            scene::World world(_scene->terrain().info().shape.ellipsoid, {});
-            cost.frameMs = leastMs([&] {
-                const double nowS = static_cast<double>(steadyNs()) * kSecondsPerNs;
-                link->receive(world, nowS);
-                link->answerQueries(world, nowS);
-                link->answer(nowS);
+        return costOf(
+            [&] {
+                auto opened = HostLink::open(settings, _log);
+                return opened ? std::make_unique<HostLink>(*std::move(opened)) : nullptr;
+            },
+            [&](HostLink& link) {
+                scene::World world(_scene->terrain().info().shape.ellipsoid, {});
+                return leastMs([&] {
+                    const double nowS = static_cast<double>(steadyNs()) * kSecondsPerNs;
+                    link.receive(world, nowS);
+                    link.answerQueries(world, nowS);
+                    link.answer(nowS);
+                });
             });
-        }
-        return cost;
     }
 
     void addHost()
     {
-        const HostLinkCost without = hostLinkCost("");
-        const HostLinkCost with = hostLinkCost("127.0.0.1:0");
-        PartCost cost = with.held;
-        if (with.held.threads) { // the port could be opened
-            cost.frameMs = with.frameMs - without.frameMs;
-            *cost.threads -= without.held.threads.value_or(0);
+        const PartCost without = hostLinkCost("");
+        PartCost cost = hostLinkCost("127.0.0.1:0");
+        if (cost.threads) { // the port could be opened
+            *cost.frameMs -= without.frameMs.value_or(0);
+            *cost.threads -= without.threads.value_or(0);
             if (cost.bytes) {
-                *cost.bytes -= without.held.bytes.value_or(0);
+                *cost.bytes -= without.bytes.value_or(0);
             }
         }
         add("host: socket, datagrams, answers", !_settings.host.listen.empty(),
@@ -600,23 +611,50 @@ private:
             cost);
     }
 
-    // Of the first question, until it is answered from the finest posts.
+    // Of the first question, until it is answered from the finest posts; ms: of one more.
     void addQueries()
     {
         const lod::TerrainShape& shape = _scene->terrain().info().shape;
         PartCost cost;
-        if (auto query = data::HeightQuery::create(_scene->terrain().dataset())) {
-            cost = costOf([&] {
-                Ground ground;
-                while ((*query)->groundAt(shape.northRad - 0.4 * shape.rows * shape.latitudeStepRad,
-                                          shape.westRad + 0.4 * shape.cols * shape.longitudeStepRad,
-                                          ground) == Known::notYet) {
-                    sleepUntil(steadyNs() + 1'000'000);
-                }
-                return true;
-            });
+        if (auto query = data::HeightQuery::create(_dataset)) {
+            Ground ground;
+            const auto ask = [&] {
+                return (*query)->groundAt(shape.northRad - 0.4 * shape.rows * shape.latitudeStepRad,
+                                          shape.westRad + 0.4 * shape.cols * shape.longitudeStepRad, ground);
+            };
+            cost = costOf(
+                [&] {
+                    while (ask() == Known::notYet) {
+                        sleepUntil(steadyNs() + 1'000'000);
+                    }
+                    return query->get();
+                },
+                [&](const auto&) { return leastMs(ask); });
         }
-        add("height queries: thread, pages", false, "begin with the first question", cost);
+        add("height queries: thread, pages", false,
+            "begin with the first question; ms: of a frame with one, answered from memory", cost);
+    }
+
+    // What handing out a picture takes of a frame; each is stored before the next.
+    std::optional<double> sinkMs(out::FrameSink& sink)
+    {
+        int64_t least = std::numeric_limits<int64_t>::max();
+        for (int i = 0; i < kStored; ++i) {
+            const out::Frame frame{.widthPx = _plan.renderer.widthPx,
+                                   .heightPx = _plan.renderer.heightPx,
+                                   .rgba = _scene->picture(),
+                                   .number = static_cast<uint64_t>(i)};
+            bool taken = false;
+            least = std::min(least, timeNs([&] { taken = static_cast<bool>(sink.write(frame)); }));
+            if (!taken) {
+                return std::nullopt; // a full disk
+            }
+            for (out::SinkStats stats = sink.stats(); stats.written + stats.dropped <= frame.number;
+                 stats = sink.stats()) {
+                sleepUntil(steadyNs() + 1'000'000);
+            }
+        }
+        return static_cast<double>(least) * 1e-6;
     }
 
     void addSinks()
@@ -631,7 +669,9 @@ private:
             format.widthPx = _plan.renderer.widthPx;
             format.heightPx = _plan.renderer.heightPx;
             format.clockNs = steadyNs;
-            cost = costOf([&] { return out::makeSink("png:" + folder, format); });
+            _scene->frame(false);
+            cost = costOf([&] { return out::makeSink("png:" + folder, format); },
+                          [this](const auto& sink) { return sinkMs(*sink); });
             why += cost.threads ? "; measured: one of png" : "; png is not built in";
             std::filesystem::remove_all(folder, error);
         }
@@ -640,10 +680,22 @@ private:
 
     void addMetrics()
     {
+        MetricsLabels labels;
+        labels.views.resize(_plan.views.size());
+        Metrics metrics = metricsFor(labels);
+        const FrameStats stats = _scene->frame(false);
         add("metrics listener", !_settings.output.metrics.empty(),
             _settings.output.metrics.empty() ? "output.metrics is empty"
                                              : "output.metrics is " + _settings.output.metrics,
-            costOf([] { return MetricsServer::start("127.0.0.1:0", {}); }));
+            costOf([&labels] { return MetricsServer::start("127.0.0.1:0", labels); },
+                   [&](const auto& server) {
+                       return leastMs([&] {
+                           for (ViewMetrics& view : metrics.views) {
+                               view.add(stats);
+                           }
+                           server->offer(metrics);
+                       });
+                   }));
     }
 
     void addLog()
@@ -651,11 +703,15 @@ private:
         // What a run that goes well has to say is information.
         const bool used = _settings.log.level == "debug" || _settings.log.level == "info";
         add("log thread", used,
-            "log.level is " + _settings.log.level + (used ? "" : "; begins with the first line"), costOf([] {
-                auto writer = std::make_unique<LogWriter>([](const LogEntry&) {});
-                writer->offer({});
-                return writer;
-            }));
+            "log.level is " + _settings.log.level + (used ? "" : "; begins with the first line") +
+                "; ms: of a frame with one line",
+            costOf(
+                [] {
+                    auto writer = std::make_unique<LogWriter>([](const LogEntry&) {});
+                    writer->offer({});
+                    return writer;
+                },
+                [](LogWriter& writer) { return leastMs([&writer] { writer.offer({}); }); }));
     }
 
     // What a difference of frames says on this target.
@@ -663,6 +719,9 @@ private:
     {
         const auto frame = [this] { _scene->frame(false); };
         _out.noiseMs = std::abs(leastMsMore(frame, frame));
+        std::vector<std::byte> kept = _scene->picture();
+        const auto copy = [this, &kept] { kept = _scene->picture(); };
+        _out.callNoiseMs = std::abs(leastMsMore(copy, copy));
     }
 
     void countTiles()
@@ -681,6 +740,7 @@ private:
     }
 
     const gl::Context& _context;
+    const data::Dataset& _dataset;
     const config::Settings& _settings;
     Plan _plan;
     LogSink& _log;
@@ -702,7 +762,7 @@ Result<Explanation> explain(const config::Settings& settings, LogSink& log)
     if (!dataset) {
         return Unexpected{dataset.error()};
     }
-    return Explainer(*context, settings, ImageGenerator::plan(settings, *dataset), log).explain();
+    return Explainer(*context, *dataset, settings, log).explain();
 }
 
 } // namespace ig::app

@@ -36,6 +36,7 @@ struct Explanation {
     std::vector<Part> parts;
     uint32_t tiles = 0, tilesVisited = 0; // pages of the dataset; what the first view looked at of its tiles
     double noiseMs = 0;                   // of frameMs: a frame against itself
+    double callNoiseMs = 0;               // where it is a call alone: a copy of a picture against itself
     std::string target;
 
     std::string table() const;

@@ -3,7 +3,6 @@
 
 #include "ig/app/log.h"
 #include "ig/app/steady_clock.h"
-#include "ig/geo/attitude.h"
 #include "ig/gl/driver_memory.h"
 
 #include <algorithm>
@@ -13,105 +12,16 @@ namespace ig::app {
 
 namespace {
 
-scene::ViewDefaults viewDefaults(const config::Settings& settings, const config::View& view)
+// Replay: nothing depends on how fast this machine is, and the picture is complete, whatever was loaded
+// before.
+config::Settings steadied(config::Settings settings)
 {
-    const double halfWidth = 0.5 * view.fovHorizontalDeg * kRadPerDeg;
-    const double halfHeight = 0.5 * view.fovVerticalDeg * kRadPerDeg;
-    return {-halfWidth,
-            halfWidth,
-            -halfHeight,
-            halfHeight,
-            view.nearM,
-            {view.yawDeg * kRadPerDeg, view.pitchDeg * kRadPerDeg, view.rollDeg * kRadPerDeg},
-            settings.shading.visibilityM};
-}
-
-uint32_t pageSlots(const config::Settings& settings, size_t datasetPages)
-{
-    const gl::Morph morph = rendererMorph(*lod::methodOf(settings.terrain.method), settings.terrain.morph);
-    return pageSlotsFor(static_cast<uint64_t>(settings.terrain.pageCacheMib) << 20, morph, datasetPages);
-}
-
-TerrainSettings terrainSettings(const config::Settings& settings, size_t datasetPages)
-{
-    TerrainSettings out;
-    out.selection = selectionSettings(settings, config::viewsOf(settings).front());
-    out.shading.tint = settings.shading.tint == "slope" ? data::ShadingSettings::Tint::slope
-                                                        : data::ShadingSettings::Tint::hypsometric;
-    out.shading.sunAzimuthRad = settings.shading.sunAzimuthDeg * kRadPerDeg;
-    out.shading.sunElevationRad = settings.shading.sunElevationDeg * kRadPerDeg;
-    out.shading.ambient = settings.shading.ambient;
-    out.pageSlots = pageSlots(settings, datasetPages);
-    // A frame per message, however long it takes: complete, and the same in every run.
-    out.waitForPages = settings.terrain.waitForPages || settings.host.timing == "lockstep";
-    out.pageLoadsPerFrame = static_cast<uint32_t>(settings.terrain.pageLoadsPerFrame);
-    return out;
-}
-
-gl::RendererSettings rendererSettings(const config::Settings& settings, const data::Dataset& dataset)
-{
-    gl::RendererSettings out;
-    const std::vector<config::View> views = config::viewsOf(settings);
-    out.widthPx = static_cast<int>(views.front().width);
-    out.heightPx = static_cast<int>(views.front().height);
-    for (size_t i = 1; i < views.size(); ++i) {
-        out.furtherPictures.push_back({static_cast<int>(views[i].width), static_cast<int>(views[i].height)});
-    }
-    out.pageSlots = pageSlots(settings, dataset.pages().size());
-    out.holes = dataset.info().hasHoles;
-    out.visibilityM = settings.shading.visibilityM;
-    out.morph = rendererMorph(*lod::methodOf(settings.terrain.method), settings.terrain.morph);
-    return out;
-}
-
-// Above the summits; from much higher up haze would hide all of a large terrain.
-constexpr double kIdleHeightM = 3000;
-
-// No selection draws more, whatever its view.
-uint64_t allTriangles(const data::Dataset& dataset)
-{
-    constexpr uint64_t kOfPage = uint64_t{2} * lod::kPageIntervals * lod::kPageIntervals;
-    const std::span<const lod::PageNode> pages = dataset.pages();
-    const int deepest = dataset.info().shape.deepestPage;
-    return kOfPage * static_cast<uint64_t>(
-                         std::count_if(pages.begin(), pages.end(), [deepest](const lod::PageNode& page) {
-                             return page.depth == deepest;
-                         }));
-}
-
-// Until the host says where the ownship is: above the middle of the terrain, looking north and down.
-ViewState idleView(const data::DatasetInfo& dataset, const config::Settings& settings,
-                   const config::View& view)
-{
-    const lod::TerrainShape& shape = dataset.shape;
-    const double extentM = shape.latitudeStepRad * shape.rows * shape.ellipsoid.semiMajorM;
-    const double heightM = dataset.maxHeightM + std::min(0.02 * extentM, kIdleHeightM);
-    scene::World world(shape.ellipsoid, viewDefaults(settings, view));
-    scene::EntityState eye;
-    eye.position = {shape.northRad - 0.5 * shape.latitudeStepRad * (shape.rows - 1),
-                    shape.westRad + 0.5 * shape.longitudeStepRad * (shape.cols - 1), heightM};
-    eye.attitude.pitchRad = -20.0 * kRadPerDeg;
-    (void)world.set(eye);
-    return *world.viewState(0, static_cast<int>(view.width), static_cast<int>(view.height));
+    settings.terrain.frameTimeMs = 0;
+    settings.terrain.waitForPages = true;
+    return settings;
 }
 
 } // namespace
-
-bool showsMorph(const config::Settings& settings, const data::Dataset& dataset)
-{
-    if (!settings.terrain.morph) {
-        return false;
-    }
-    const std::vector<config::View> views = config::viewsOf(settings);
-    const auto mayJump = [&](const config::View& view) {
-        const int64_t leastBudget =
-            settings.terrain.frameTimeMs > 0 ? settings.terrain.smallestTriangleBudget : view.triangleBudget;
-        return !(view.tolerancePx <= kUnseenMorphPx) ||
-               static_cast<uint64_t>(leastBudget) < allTriangles(dataset);
-    };
-    return std::any_of(views.begin(), views.end(), mayJump) ||
-           pageSlots(settings, dataset.pages().size()) < dataset.pages().size();
-}
 
 Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Settings& settings, LogSink& log)
 {
@@ -133,10 +43,7 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::createForReplay(const co
     if (!host) {
         return Unexpected{host.error()};
     }
-    config::Settings steady = settings;
-    steady.terrain.frameTimeMs = 0;
-    steady.terrain.waitForPages = true; // the picture is complete, whatever was loaded before it
-    return create(steady, log, std::move(*host));
+    return create(steadied(settings), log, std::move(*host));
 }
 
 Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Settings& settings, LogSink& log,
@@ -161,80 +68,63 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
                             " cannot read depth back (no GL_NV_read_depth); set it to false");
         }
     }
-    const Plan planned = plan(settings, *dataset);
-    auto renderer = gl::Renderer::create(*context, planned.renderer);
-    if (!renderer) {
-        return Unexpected{renderer.error()};
-    }
-    std::vector<std::vector<Channel::NamedSink>> sinks;
-    for (const config::View& view : views) {
-        auto opened = Channel::openSinks(view, host.replays());
-        if (!opened) {
-            return Unexpected{opened.error()};
-        }
-        sinks.push_back(std::move(*opened));
-    }
     std::unique_ptr<ImageGenerator> generator(
-        new ImageGenerator(settings, log, std::move(host), std::move(*context), std::move(*renderer),
-                           std::move(*dataset), planned.terrain, std::move(sinks)));
-    for (const auto& channel : generator->_channels) {
-        if (auto warm = channel->warmUp(); !warm) {
-            return Unexpected{warm.error()};
-        }
+        new ImageGenerator(settings, log, std::move(host), std::move(*context), *dataset));
+    if (auto begun = generator->begin(); !begun) {
+        return Unexpected{begun.error()};
     }
-    gl::releaseCompilerCode();
-    auto ground =
-        data::HeightQuery::create(generator->_terrain.dataset(), {.waits = generator->_host.replays()});
-    if (!ground) {
-        return Unexpected{ground.error()};
-    }
-    generator->_ground = std::move(*ground);
-    generator->_host.setGround(generator->_ground.get());
-    generator->_host.terrainLoaded();
     return generator;
 }
 
-Plan ImageGenerator::plan(const config::Settings& wanted, const data::Dataset& dataset)
-{
-    config::Settings settings = wanted;
-    settings.terrain.morph = showsMorph(wanted, dataset);
-    Plan plan;
-    plan.renderer = rendererSettings(settings, dataset);
-    plan.terrain = terrainSettings(settings, dataset.pages().size());
-    plan.setShading(plan.terrain.shading, dataset.info());
-    for (const config::View& view : config::viewsOf(settings)) {
-        plan.views.push_back({idleView(dataset.info(), settings, view), selectionSettings(settings, view)});
-    }
-    return plan;
-}
-
 ImageGenerator::ImageGenerator(const config::Settings& settings, LogSink& log, HostLink host,
-                               gl::Context context, std::unique_ptr<gl::Renderer> renderer,
-                               data::Dataset dataset, const TerrainSettings& terrain,
-                               std::vector<std::vector<Channel::NamedSink>> sinks)
+                               gl::Context context, const data::Dataset& dataset)
     : _settings(settings), _log(log), _host(std::move(host)), _lossFade(settings.host.fadeS),
-      _context(std::move(context)), _renderer(std::move(renderer)),
-      _terrain(std::move(dataset), terrain, *_renderer, log),
-      _world(_terrain.info().shape.ellipsoid, viewDefaults(settings, config::viewsOf(settings).front()))
+      _context(std::move(context)), _dataset(dataset),
+      _world(_dataset.info().shape.ellipsoid, viewDefaults(settings, config::viewsOf(settings).front()))
 {
-    _settings.terrain.morph = terrain.selection.morph; // as planned
-    const std::vector<config::View> views = config::viewsOf(settings);
-    for (const config::View& view : views) {
+    for (const config::View& view : config::viewsOf(settings)) {
         _rateHz = std::max(_rateHz, view.rateHz);
     }
+}
+
+Result<void> ImageGenerator::begin()
+{
+    auto drawing = Drawing::make(_context, _dataset, planFor(_settings, _dataset), _log);
+    if (!drawing) {
+        return Unexpected{drawing.error()};
+    }
+    _drawing = *std::move(drawing);
+    const std::vector<config::View> views = config::viewsOf(_settings);
     std::vector<uint64_t> everyOf;
     for (size_t i = 0; i < views.size(); ++i) {
+        auto sinks = Channel::openSinks(views[i], _host.replays());
+        if (!sinks) {
+            return Unexpected{sinks.error()};
+        }
         const auto every = static_cast<uint64_t>(std::llround(_rateHz / views[i].rateHz));
         const auto before = static_cast<uint64_t>(std::count(everyOf.begin(), everyOf.end(), every));
         everyOf.push_back(every);
         if (views.size() > 1) {
-            _world.setDefaults(static_cast<uint16_t>(views[i].id), viewDefaults(settings, views[i]));
+            _world.setDefaults(static_cast<uint16_t>(views[i].id), viewDefaults(_settings, views[i]));
         }
         _channels.push_back(std::make_unique<Channel>(
-            _settings, views[i], i, SlotTurns(every, before % every), _terrain, *_renderer, log,
-            idleView(_terrain.info(), settings, views[i]), std::move(sinks[i])));
+            _settings, views[i], i, SlotTurns(every, before % every), *_drawing, _log, *std::move(sinks)));
     }
     _made.reserve(_channels.size());
+    for (const auto& channel : _channels) {
+        if (auto warm = channel->warmUp(); !warm) {
+            return warm;
+        }
+    }
+    gl::releaseCompilerCode();
+    auto ground = data::HeightQuery::create(_dataset, {.waits = _host.replays()});
+    if (!ground) {
+        return Unexpected{ground.error()};
+    }
+    _ground = std::move(*ground);
+    _host.setGround(_ground.get());
+    _host.terrainLoaded();
+    return {};
 }
 
 // Live, the pictures are out when the next slot begins. In replay a frame belongs to a message of the host.
@@ -282,6 +172,7 @@ std::span<const FrameStats> ImageGenerator::frame(int64_t startNs, uint64_t slot
     const auto clockNs = [this] { return steadyNs() + _recordingAheadNs; };
     const int64_t hostNs = clockNs() - startNs;
     moment.hostNs = hostNs;
+    followWeather(nowS);
     _made.clear();
     for (const auto& channel : _channels) {
         if (channel->takeTurn(slot)) {
@@ -298,7 +189,7 @@ std::span<const FrameStats> ImageGenerator::frame(int64_t startNs, uint64_t slot
 
 void ImageGenerator::prepare(int64_t nextStartNs)
 {
-    _terrain.takeOverBefore(nextStartNs);
+    _drawing->terrain().takeOverBefore(nextStartNs);
     for (const auto& channel : _channels) {
         channel->askForPages();
     }
@@ -346,19 +237,103 @@ FrameStats ImageGenerator::together(int64_t hostNs, int64_t frameNs) const
     return all;
 }
 
-void ImageGenerator::apply(const config::Settings& settings)
+Result<void> ImageGenerator::apply(const config::Settings& settings)
 {
-    config::applyLive(settings, _settings);
-    if (!_settings.terrain.morph && showsMorph(settings, _terrain.dataset())) {
-        _log.write(LogLevel::warning,
-                   logLine("morph_left_out",
-                           {{"reason", "it did not show at start, and with these settings it would"},
-                            {"remedy", "start again; until then triangles jump by the tolerance"}}));
+    config::Settings wanted = _settings;
+    config::applyLive(settings, wanted);
+    if (_host.replays()) {
+        wanted = steadied(wanted);
     }
-    _terrain.setPageLoadsPerFrame(static_cast<uint32_t>(_settings.terrain.pageLoadsPerFrame));
+    if (auto drawn = drawWith(planFor(wanted, _dataset, _world.environment().dimsByOrder())); !drawn) {
+        return drawn;
+    }
+    _weatherRefused = false;
+    _settings = wanted;
+    _world.environment().setDefaultVisibility(_settings.shading.visibilityM);
     const std::vector<config::View> views = config::viewsOf(_settings);
     for (size_t i = 0; i < _channels.size(); ++i) {
         _channels[i]->apply(_settings, views[i]);
+    }
+    return {};
+}
+
+Result<void> ImageGenerator::drawWith(const Plan& plan)
+{
+    if (plan == _drawing->plan()) {
+        return {};
+    }
+    const int64_t startNs = steadyNs();
+    const bool pagesStay = samePages(plan, _drawing->plan());
+    const bool compiles = !pagesStay || plan.hasHaze() != _drawing->plan().hasHaze();
+    auto drawn = pagesStay ? changeDrawing(plan) : replaceDrawing(plan);
+    if (!drawn) {
+        return drawn;
+    }
+    if (compiles) {
+        gl::releaseCompilerCode();
+    }
+    const auto name = [](bool has) { return has ? "yes" : "no"; };
+    _log.write(LogLevel::info, logLine("plan", {{"haze", name(plan.hasHaze())},
+                                                {"morph", name(plan.renderer.morph != gl::Morph::none)},
+                                                {"textures", name(plan.terrain.texels)},
+                                                {"page_slots", std::to_string(plan.terrain.pageSlots)},
+                                                {"pages", pagesStay ? "kept" : "made anew"},
+                                                {"ms", std::to_string((steadyNs() - startNs) / 1'000'000)}}));
+    return {};
+}
+
+Result<void> ImageGenerator::changeDrawing(const Plan& plan)
+{
+    if (auto changed = _drawing->change(_context, plan); !changed) {
+        return changed;
+    }
+    for (size_t i = 0; i < _channels.size(); ++i) {
+        _drawing->drawUnseen(i, _channels[i]->viewWith(plan));
+        _channels[i]->drawWith(*_drawing);
+    }
+    return {};
+}
+
+// What was there goes when nobody draws with it any more.
+Result<void> ImageGenerator::replaceDrawing(const Plan& plan)
+{
+    auto next = Drawing::make(_context, _dataset, plan, _log);
+    if (!next) {
+        return Unexpected{next.error()};
+    }
+    for (size_t i = 0; i < _channels.size(); ++i) {
+        if (auto warm = (*next)->warmUp(i, _channels[i]->viewWith(plan)); !warm) {
+            return warm;
+        }
+    }
+    for (const auto& channel : _channels) {
+        channel->drawWith(**next);
+    }
+    _drawing = *std::move(next);
+    return {};
+}
+
+// Weather that dims the view takes haze where the settings have none: in the frame that it is ordered in, so
+// that the same messages give the same pictures. It leaves when it has not been needed for a while, so that a
+// host that turns it on and off does not cost a frame each time; what is drawn is the same.
+void ImageGenerator::followWeather(double nowS)
+{
+    if (_settings.shading.visibilityM > 0) {
+        return;
+    }
+    constexpr double kClearS = 10;
+    const bool dims = _world.environment().dimsByOrder();
+    _dimmedS = dims ? nowS : _dimmedS;
+    const bool has = _drawing->plan().hasHaze();
+    if (dims == has || _weatherRefused || (has && nowS - _dimmedS < kClearS)) {
+        return;
+    }
+    if (auto drawn = drawWith(planFor(_settings, _dataset, dims)); !drawn) {
+        _weatherRefused = true;
+        _log.write(LogLevel::error,
+                   logLine("plan_kept", {{"reason", drawn.error().message},
+                                         {"remedy", "pictures go on as they are, with or without haze; set "
+                                                    "shading.visibility_m"}}));
     }
 }
 
@@ -417,12 +392,12 @@ RunSummary ImageGenerator::summary(double durationS) const
     run.rateHz = _rateHz;
     run.durationS = durationS;
     run.missedFrames = missedFrames();
-    run.residentPages = _terrain.residentPages();
-    run.damagedPages = _terrain.damagedPages();
-    run.pageSlots = _terrain.pageSlots();
-    run.bytesRead = _terrain.dataset().bytesRead();
-    run.gpuBytes = _renderer->gpuBytes();
-    run.dataset = _terrain.info();
+    run.residentPages = _drawing->terrain().residentPages();
+    run.damagedPages = _drawing->terrain().damagedPages();
+    run.pageSlots = _drawing->terrain().pageSlots();
+    run.bytesRead = _dataset.bytesRead();
+    run.gpuBytes = _drawing->renderer().gpuBytes();
+    run.dataset = _dataset.info();
     run.graphics = _context.info();
     run.session = _host.sessionStats();
     run.socket = _host.socketStats();
@@ -435,7 +410,7 @@ RunSummary ImageGenerator::summary(double durationS) const
 
 std::string ImageGenerator::description() const
 {
-    const data::DatasetInfo& terrain = _terrain.info();
+    const data::DatasetInfo& terrain = _dataset.info();
     std::string views;
     for (const auto& channel : _channels) {
         const config::View& view = channel->settings();

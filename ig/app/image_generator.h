@@ -12,18 +12,17 @@
 
 #include "config/settings.h"
 #include "ig/app/channel.h"
+#include "ig/app/drawing.h"
 #include "ig/app/frame_stats.h"
 #include "ig/app/host_link.h"
 #include "ig/app/loss_fade.h"
 #include "ig/app/metrics.h"
 #include "ig/app/plan.h"
 #include "ig/app/run_statistics.h"
-#include "ig/app/terrain_residency.h"
 #include "ig/base/log.h"
 #include "ig/base/result.h"
 #include "ig/data/height_query.h"
 #include "ig/gl/context.h"
-#include "ig/gl/renderer.h"
 #include "ig/scene/world.h"
 
 #include <memory>
@@ -44,8 +43,8 @@ public:
     static Result<std::unique_ptr<ImageGenerator>> createForReplay(const config::Settings& settings,
                                                                    LogSink& log);
 
-    // What create() makes of a dataset.
-    static Plan plan(const config::Settings& wanted, const data::Dataset& dataset);
+    // What is drawn with, now.
+    const Plan& plan() const noexcept { return _drawing->plan(); }
 
     // Makes the frames of one slot of the schedule: one of each view whose turn it is, in the order of the
     // settings. startNs: when it starts, steady clock. The span is good until the next call.
@@ -68,9 +67,11 @@ public:
     // One more sink of the first view, after those of the settings.
     void addSink(std::string name, std::unique_ptr<out::FrameSink> sink);
 
-    // Takes over what may change while running (config::applyLive), between two frames. What the plan has
-    // left out stays out: the log says so where it would show.
-    void apply(const config::Settings& settings);
+    // Takes over what may change while running (config::applyLive), between two frames, and makes the plan
+    // anew: what the new one needs is made before what the old one had is dropped. Takes the time of some
+    // frames where pages are made anew, and memory for both. Errors (graphics, dataset): the new plan cannot
+    // be made; all stays as it was.
+    Result<void> apply(const config::Settings& settings);
 
     // Slots that no view had a frame in, up to the newest frame.
     uint64_t missedFrames() const noexcept;
@@ -93,26 +94,32 @@ public:
 
 private:
     ImageGenerator(const config::Settings& settings, LogSink& log, HostLink host, gl::Context context,
-                   std::unique_ptr<gl::Renderer> renderer, data::Dataset dataset,
-                   const TerrainSettings& terrain, std::vector<std::vector<Channel::NamedSink>> sinks);
+                   const data::Dataset& dataset);
+    Result<void> begin();
     static Result<std::unique_ptr<ImageGenerator>> create(const config::Settings& settings, LogSink& log,
                                                           HostLink host);
+    Result<void> drawWith(const Plan& plan);
+    Result<void> changeDrawing(const Plan& plan);
+    Result<void> replaceDrawing(const Plan& plan);
+    void followWeather(double nowS);
     double displayTimeS(double nowS) const;
     FrameStats together(int64_t hostNs, int64_t frameNs) const;
 
-    config::Settings _settings; // morph: as planned
+    config::Settings _settings;
     LogSink& _log;
     HostLink _host;
     LossFade _lossFade;
     gl::Context _context;
-    std::unique_ptr<gl::Renderer> _renderer;
-    TerrainResidency _terrain;
-    std::unique_ptr<data::HeightQuery> _ground; // over the dataset of _terrain
+    data::Dataset _dataset;
+    std::unique_ptr<Drawing> _drawing;
+    std::unique_ptr<data::HeightQuery> _ground;
     scene::World _world;
     double _rateHz = 0;
     std::vector<std::unique_ptr<Channel>> _channels;
     std::vector<FrameStats> _made; // in the newest slot
     RunStatistics _together;       // of several views
+    double _dimmedS = 0;           // when the weather last took haze
+    bool _weatherRefused = false;  // a plan for it by the driver: not asked again until new settings
     uint64_t _replayed = 0;        // frames
     int64_t _recordingAheadNs = 0; // of the steady clock: times of a replayed frame are the recording's
 };

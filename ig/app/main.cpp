@@ -143,20 +143,40 @@ private:
     {
         _notifier.reloading(ig::app::steadyNs());
         if (const auto settings = ig::app::settingsOf(_arguments); !settings) {
-            say(ig::LogLevel::error, "reload_refused",
-                {{"reason", settings.error().message},
-                 {"remedy", "everything stays as it was; put it right and send SIGHUP again"}});
+            refuse(settings.error());
         } else {
-            const std::vector<config::Change> changes = config::changes(_settings, *settings);
-            config::applyLive(*settings, _settings);
-            _ig.apply(_settings);
-            _log.setLevel(_settings.log.level);
-            for (const config::Change& change : changes) {
-                report(change);
-            }
-            say(ig::LogLevel::info, "reloaded", {{"keys_changed", std::to_string(changes.size())}});
+            take(*settings);
         }
         _notifier.reloaded();
+    }
+
+    void take(const config::Settings& settings)
+    {
+        const std::vector<config::Change> changes = config::changes(_settings, settings);
+        config::Settings next = _settings;
+        config::applyLive(settings, next);
+        // What does not change may not go with what does; what does may be more than this machine has.
+        auto taken = config::check(next);
+        if (taken) {
+            taken = _ig.apply(next);
+        }
+        if (!taken) {
+            refuse(taken.error());
+            return;
+        }
+        _settings = next;
+        _log.setLevel(_settings.log.level);
+        for (const config::Change& change : changes) {
+            report(change);
+        }
+        say(ig::LogLevel::info, "reloaded", {{"keys_changed", std::to_string(changes.size())}});
+    }
+
+    void refuse(const ig::Error& error)
+    {
+        say(ig::LogLevel::error, "reload_refused",
+            {{"reason", error.message},
+             {"remedy", "everything stays as it was; put it right and send SIGHUP again"}});
     }
 
     void report(const config::Change& change)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a run needs of all that could be there, worked out once from settings and dataset. The image generator
-// is built from it (ImageGenerator::plan); explain.h measures it.
+// What a run needs of all that could be there, worked out from settings, dataset and weather. What draws is
+// made from it (drawing.h), at start and whenever another one is needed; explain.h measures it.
 #pragma once
 
 #include "config/settings.h"
@@ -8,6 +8,7 @@
 #include "ig/data/dataset.h"
 #include "ig/geo/view_state.h"
 #include "ig/gl/renderer.h"
+#include "ig/scene/world.h"
 
 #include <vector>
 
@@ -17,6 +18,8 @@ struct Plan {
     struct View {
         ViewState idle; // until the host says where the ownship is
         lod::SelectionSettings selection;
+
+        friend bool operator==(const View&, const View&) = default;
     };
 
     // Programs, attributes and textures: haze with a visibility, the variant for holes where the dataset has
@@ -32,7 +35,17 @@ struct Plan {
         renderer.colour = data::uniformTexel(dataset, shading);
         terrain.texels = !renderer.colour;
     }
+    bool hasHaze() const noexcept { return renderer.visibilityM > 0; }
+
+    friend bool operator==(const Plan&, const Plan&) = default;
 };
+
+// What these settings make of a dataset. hostDims: the host has ordered weather that dims the view
+// (scene::Environment::dimsByOrder), which takes haze though the settings have none.
+Plan planFor(const config::Settings& settings, const data::Dataset& dataset, bool hostDims = false);
+
+// Whether both have the same pages in the same slots and buffers: one becomes the other as it is drawn.
+bool samePages(const Plan& a, const Plan& b);
 
 // Whether a picture can show that vertices move (terrain.morph) instead of jumping: not where each view's
 // budget holds all triangles of the dataset, so that tau is the tolerance in every frame, and the tolerance
@@ -40,5 +53,8 @@ struct Plan {
 // 90 degrees wide and high: there a jump is still under a pixel. Pages are then all resident, too.
 inline constexpr double kUnseenMorphPx = 0.25;
 bool showsMorph(const config::Settings& settings, const data::Dataset& dataset);
+
+// What a view is before the host says anything about it.
+scene::ViewDefaults viewDefaults(const config::Settings& settings, const config::View& view);
 
 } // namespace ig::app

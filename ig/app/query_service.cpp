@@ -28,19 +28,27 @@ struct Point {
     double latitudeDegOrXM, longitudeDegOrYM, altitudeOrZM;
 };
 
+// From the centre of the Earth; beyond the Moon. What is farther is no place that a host can mean, and
+// squares of it may be no numbers.
+constexpr double kFarthestM = 1e10;
+
+// Nothing about an entity that is not there, or of what is no place.
 std::optional<EcefPos> resolve(const Point& point, const scene::World& world, double timeS)
 {
+    const auto ifPlace = [](const EcefPos& at) {
+        return glm::length(at.m) <= kFarthestM ? std::optional(at) : std::nullopt; // not of NaN
+    };
     if (!point.onEntity) {
-        return toEcef(
+        return ifPlace(toEcef(
             {point.latitudeDegOrXM * kRadPerDeg, point.longitudeDegOrYM * kRadPerDeg, point.altitudeOrZM},
-            world.ellipsoid());
+            world.ellipsoid()));
     }
     const auto pose = world.entityPose(point.entity, timeS);
     if (!pose) {
         return std::nullopt;
     }
     const glm::dvec3 offset(point.latitudeDegOrXM, point.longitudeDegOrYM, point.altitudeOrZM);
-    return EcefPos{pose->position.m + pose->ecefFromBody * offset};
+    return ifPlace({pose->position.m + pose->ecefFromBody * offset});
 }
 
 template <class Response>

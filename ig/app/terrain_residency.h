@@ -37,6 +37,8 @@ struct TerrainSettings {
     uint32_t pageLoadsPerFrame = 8;
     bool waitForPages = false;
     bool prefetch = true; // off: pages come when a picture lacks them
+
+    friend bool operator==(const TerrainSettings&, const TerrainSettings&) = default;
 };
 
 // What the renderer needs for a method; morph: whether anything moves.

@@ -20,7 +20,8 @@ std::unique_ptr<lod::Selector> selectorFor(const TerrainResidency& terrain,
 
 TerrainView::TerrainView(TerrainResidency& terrain, const lod::SelectionSettings& selection,
                          gl::Renderer& renderer)
-    : _terrain(terrain), _renderer(renderer), _selector(selectorFor(terrain, selection)),
+    : _terrain(terrain), _renderer(renderer), _selection(selection),
+      _selector(selectorFor(terrain, selection)),
       _prefetch(terrain.info().shape, terrain.dataset().pages(), terrain.pageSlots(), selection.method),
       _number(terrain.attach(*_selector))
 {
@@ -29,15 +30,6 @@ TerrainView::TerrainView(TerrainResidency& terrain, const lod::SelectionSettings
 TerrainView::~TerrainView()
 {
     _terrain.detach(_number);
-}
-
-void TerrainView::reconfigure(const lod::SelectionSettings& selection)
-{
-    auto selector = selectorFor(_terrain, selection);
-    _terrain.detach(_number);
-    _selector = std::move(selector);
-    _number = _terrain.attach(*_selector);
-    _selected = _asks = false;
 }
 
 Result<void> TerrainView::preload(const ViewState& view)
@@ -58,8 +50,17 @@ Result<void> TerrainView::preload(const ViewState& view)
     complete(view, unused,
              _terrain.waitsForPages() ? TerrainResidency::kForever
                                       : data::PageLoader::Clock::now() + kPreload);
-    _selected = false; // the first frame says what to load beside it
+    forget(); // and the first frame says what to load beside it
     return {};
+}
+
+void TerrainView::forget()
+{
+    auto selector = selectorFor(_terrain, _selection);
+    _terrain.detach(_number);
+    _selector = std::move(selector);
+    _number = _terrain.attach(*_selector);
+    _selected = _asks = false;
 }
 
 void TerrainView::select(const ViewState& view)

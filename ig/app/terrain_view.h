@@ -19,7 +19,8 @@ public:
     TerrainView& operator=(const TerrainView&) = delete;
 
     // Loads what the view needs before the first frame; on a slow disk no longer than kPreload, unless the
-    // terrain waits for pages. Error (dataset): the root page is damaged, nothing can be drawn.
+    // terrain waits for pages. What it chose while they came is forgotten: the first picture is the same
+    // whichever way they came. Error (dataset): the root page is damaged, nothing can be drawn.
     Result<void> preload(const ViewState& view);
 
     // Of the next draw() on; at most triangleBudget of the settings.
@@ -37,14 +38,12 @@ public:
     // asked for by then, the next draw() asks for.
     void askForPages();
 
-    // Another budget and tolerance, and the same method, from the next draw() on; between frames, allocates.
-    void reconfigure(const lod::SelectionSettings& selection);
-
     const lod::DrawList& drawList() const noexcept { return _list; }
 
     static constexpr std::chrono::milliseconds kPreload{2000};
 
 private:
+    void forget();
     void select(const ViewState& view);
     void choose(const ViewState& view);
     void complete(const ViewState& view, FrameStats& stats, data::PageLoader::Clock::time_point deadline);
@@ -52,6 +51,7 @@ private:
 
     TerrainResidency& _terrain;
     gl::Renderer& _renderer;
+    lod::SelectionSettings _selection;
     std::unique_ptr<lod::Selector> _selector;
     lod::Prefetch _prefetch;
     uint32_t _number; // of the view within _terrain

@@ -181,10 +181,7 @@ Result<Dataset> Dataset::open(const std::string& path)
     return Dataset(std::move(impl));
 }
 
-Dataset::Dataset(std::unique_ptr<Impl> impl) : _impl(std::move(impl)) {}
-Dataset::Dataset(Dataset&&) noexcept = default;
-Dataset& Dataset::operator=(Dataset&&) noexcept = default;
-Dataset::~Dataset() = default;
+Dataset::Dataset(std::shared_ptr<const Impl> impl) : _impl(std::move(impl)) {}
 
 const DatasetInfo& Dataset::info() const noexcept
 {

@@ -57,15 +57,12 @@ public:
     virtual Result<void> readPage(uint32_t page, const PageHeights* parent, PageHeights& out) const = 0;
 };
 
+// Copies are of one open file and one index.
 class Dataset final : public PageSource {
 public:
     // Opens a file and reads header and index. Errors (dataset): missing, not an .ept file, another
     // version, cut short, a checksum that does not match; the message says which and what to do.
     static Result<Dataset> open(const std::string& path);
-
-    Dataset(Dataset&&) noexcept;
-    Dataset& operator=(Dataset&&) noexcept;
-    ~Dataset() override;
 
     const DatasetInfo& info() const noexcept;
     // All pages, coarse to fine; page 0 is the root. Page numbers index this span.
@@ -83,8 +80,8 @@ public:
 
 private:
     struct Impl;
-    explicit Dataset(std::unique_ptr<Impl> impl);
-    std::unique_ptr<Impl> _impl;
+    explicit Dataset(std::shared_ptr<const Impl> impl);
+    std::shared_ptr<const Impl> _impl; // whoever reads pages keeps the file open
 };
 
 // Pages in any order, for callers that keep no parents: reads the ancestors that the page before had not.

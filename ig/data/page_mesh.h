@@ -21,6 +21,8 @@ struct ShadingSettings {
     double sunAzimuthRad = 0;   // from true north, clockwise, in the local horizon of the shaded point
     double sunElevationRad = 0; // above that horizon
     double ambient = 0.35;      // share of light that does not come from the sun, 0..1
+
+    friend bool operator==(const ShadingSettings&, const ShadingSettings&) = default;
 };
 
 // What a post needs to move as a vertex of the bin-tree, see ig/lod/vertex_error.h. The same bits in every

@@ -15,9 +15,10 @@ namespace {
 
 class GlesRenderer final : public Renderer {
 public:
-    GlesRenderer(std::vector<Target> targets, PageStore store, TerrainPass terrain, SkyPass sky)
-        : _targets(std::move(targets)), _drawn(_targets.size()), _store(std::move(store)),
-          _terrain(std::move(terrain)), _sky(std::move(sky))
+    GlesRenderer(const RendererSettings& settings, std::vector<Target> targets, PageStore store,
+                 TerrainPass terrain, SkyPass sky)
+        : _settings(settings), _targets(std::move(targets)), _drawn(_targets.size()),
+          _store(std::move(store)), _terrain(std::move(terrain)), _sky(std::move(sky))
     {
     }
 
@@ -25,6 +26,22 @@ public:
     {
         _store.upload(slot, mesh);
         return _store.bytesPerPage();
+    }
+
+    Result<void> setVisibility(const Context& context, double visibilityM) override
+    {
+        const bool sameProgram = (visibilityM > 0) == (_settings.visibilityM > 0);
+        RendererSettings settings = _settings;
+        settings.visibilityM = visibilityM;
+        if (!sameProgram) {
+            Result<TerrainPass> terrain = TerrainPass::create(context, _store, settings);
+            if (!terrain)
+                return Unexpected{terrain.error()};
+            _terrain = *std::move(terrain);
+        }
+        _terrain.setVisibility(visibilityM);
+        _settings = std::move(settings);
+        return {};
     }
 
     void setPicture(size_t picture) override
@@ -77,6 +94,7 @@ public:
     }
 
 private:
+    RendererSettings _settings;
     std::vector<Target> _targets; // by picture
     std::vector<Frustum> _drawn;  // by picture: what was drawn last
     size_t _picture = 0;
@@ -113,8 +131,8 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Context& context, const
     Result<SkyPass> sky = SkyPass::create(context);
     if (!sky)
         return Unexpected{sky.error()};
-    return std::unique_ptr<Renderer>(std::make_unique<GlesRenderer>(std::move(targets), *std::move(store),
-                                                                    *std::move(terrain), *std::move(sky)));
+    return std::unique_ptr<Renderer>(std::make_unique<GlesRenderer>(
+        settings, std::move(targets), *std::move(store), *std::move(terrain), *std::move(sky)));
 }
 
 } // namespace ig::gl

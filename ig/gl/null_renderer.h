@@ -24,6 +24,7 @@ public:
     // Only the number of slots and the morph matter.
     explicit NullRenderer(const RendererSettings& settings);
 
+    Result<void> setVisibility(const Context&, double) override { return {}; }
     void setPicture(size_t) override {}
     uint64_t upload(uint32_t slot, const data::PageMesh& mesh) override;
     void draw(const ViewState& view, const lod::DrawList& list, std::span<const int32_t> slotOfPage) override;

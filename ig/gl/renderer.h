@@ -33,6 +33,8 @@ enum class Morph : uint8_t {
 struct PictureSize {
     int widthPx = 1280;
     int heightPx = 720;
+
+    friend bool operator==(const PictureSize&, const PictureSize&) = default;
 };
 
 struct RendererSettings {
@@ -41,12 +43,14 @@ struct RendererSettings {
     std::vector<PictureSize> furtherPictures = {}; // beside the first: those of other views
     uint32_t pageSlots = 512;                      // pages that fit on the GPU at one time
     bool holes = false; // the dataset has holes: compile the variant that discards them
-    // Distance at which haze leaves 2 % contrast (Koschmieder) where the view says none; 0 leaves haze out,
-    // whatever the view says.
+    // Distance at which haze leaves 2 % contrast (Koschmieder) where the view says none, infinity for no haze
+    // there; 0 leaves haze out, whatever the view says.
     double visibilityM = 0;
     Morph morph = Morph::none;
     // Of all ground, RGBA8 as in PageMesh::texel: in place of textures, and no texels are needed.
     std::optional<uint32_t> colour = {};
+
+    friend bool operator==(const RendererSettings&, const RendererSettings&) = default;
 };
 
 // Memory that a page slot takes with the renderer, textures included.
@@ -65,6 +69,10 @@ public:
     // Puts a page's vertices and texels into a slot (< pageSlots), replacing what was there. A renderer that
     // morphs needs PageMesh::morph, the others leave it alone. Returns the bytes handed to GL.
     virtual uint64_t upload(uint32_t slot, const data::PageMesh& mesh) = 0;
+
+    // RendererSettings::visibilityM from the next draw() on. From or to 0 compiles another program in place
+    // of the one there was. Error (graphics): a failed shader; all stays as it was.
+    virtual Result<void> setVisibility(const Context& context, double visibilityM) = 0;
 
     // The picture (0: the first) that what follows draws and reads. Pages, programs and buffers are the same
     // for all.

@@ -22,6 +22,9 @@ public:
     static Result<TerrainPass> create(const Context& context, const PageStore& store,
                                       const RendererSettings& settings);
 
+    // Where the view says none; as the settings said, haze stays in or out.
+    void setVisibility(double visibilityM) noexcept { _visibilityM = visibilityM; }
+
     // Program, uniforms, viewport and fixed state of a frame. The target is bound.
     void begin(const ViewState& view);
 

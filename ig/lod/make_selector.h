@@ -26,6 +26,8 @@ struct SelectionSettings {
     float tolerancePx = 1.0F;         // what is finer is not drawn; >= 0
     bool morph = true;                // tiles of geomip come and go without a step
     bool liveRanges = true;           // off: bintree and hybrid evaluate everything in each frame
+
+    friend bool operator==(const SelectionSettings&, const SelectionSettings&) = default;
 };
 
 // The smallest budget that a method can draw every terrain with.

@@ -33,8 +33,8 @@
 // a trial or two makes them exact. Two triangles always fit.
 //
 // Lists. What a frame makes again follows from the vertices that come and go. Those cannot be put off: a
-// vertex that comes late pops, and a list left as it was cracks. The cut does bound them by the speed: what
-// is active stays so for a way of many frames.
+// vertex that comes late pops, and a list left as it was cracks. So lists have no limit of their own: README,
+// "Measured", says how many there were.
 #pragma once
 
 #include "ig/lod/page_lists.h"

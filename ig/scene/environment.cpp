@@ -46,14 +46,13 @@ constexpr uint8_t kLastCloud = 3;
 Environment::Environment(const Ellipsoid& ellipsoid, double visibilityM) : _ellipsoid(ellipsoid)
 {
     _default.visibilityM = visibilityM;
-    _everywhere = _default;
     _layers.reserve(kLayers);
     _regions.reserve(kRegions);
 }
 
 void Environment::reset()
 {
-    _everywhere = _default;
+    _everywhere.reset();
     _sky = {};
     _layers.clear();
     _regions.clear();
@@ -141,13 +140,20 @@ double Environment::weightOf(const WeatherLayer& layer, const Geodetic& point) c
 
 Air Environment::airAt(const Geodetic& point) const noexcept
 {
-    Air air = _everywhere;
+    Air air = _everywhere.value_or(_default);
     for (const WeatherLayer& layer : _layers) {
         if (const double weight = weightOf(layer, point); weight > 0) {
             air = blend(air, layer.air, weight);
         }
     }
     return air;
+}
+
+bool Environment::dimsByOrder() const noexcept
+{
+    return (_everywhere && _everywhere->visibilityM > 0) ||
+           std::any_of(_layers.begin(), _layers.end(),
+                       [](const WeatherLayer& layer) { return layer.enabled && layer.air.visibilityM > 0; });
 }
 
 } // namespace ig::scene

@@ -11,6 +11,7 @@
 #include "ig/geo/geodesy.h"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace ig::scene {
@@ -65,6 +66,8 @@ public:
     Environment(const Ellipsoid& ellipsoid, double visibilityM);
 
     void reset();
+    // The same from now on, where the host has said nothing.
+    void setDefaultVisibility(double visibilityM) noexcept { _default.visibilityM = visibilityM; }
     void set(const Air& everywhere) { _everywhere = everywhere; }
     // False when there is no room for another one.
     bool set(const WeatherLayer& layer);
@@ -75,6 +78,8 @@ public:
 
     const Sky& sky() const noexcept { return _sky; }
     Air airAt(const Geodetic& point) const noexcept;
+    // Whether what the host has ordered dims the view anywhere.
+    bool dimsByOrder() const noexcept;
 
 private:
     const WeatherRegion* find(uint16_t region) const noexcept;
@@ -83,7 +88,7 @@ private:
 
     Ellipsoid _ellipsoid;
     Air _default;
-    Air _everywhere;
+    std::optional<Air> _everywhere; // as ordered
     Sky _sky;
     std::vector<WeatherLayer> _layers; // in the order in which they were last set
     std::vector<WeatherRegion> _regions;
