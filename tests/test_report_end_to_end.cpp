@@ -195,6 +195,7 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
         CHECK(summary["posts_sampled"]["p50"].get<double>() > 500);
         CHECK(summary["all_posts"]["p50"].get<double>() > 10 * summary["posts_sampled"]["p50"].get<double>());
         CHECK(setting["counts"]["runs_that_differ"] == 0);
+        CHECK(setting["counts"]["short_of_slots"] == 0);
         // Tiles of geomip may jump (ig/lod/geomip_morph.h).
         CHECK((setting["method"] == "geomip" || setting["counts"]["pops"] == 0));
     }
@@ -235,6 +236,12 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
     CHECK(again["settings"] == report["settings"]);
     CHECK(again["compare"]["settings"][0]["total_ms"]["ratio"] == 1);
     CHECK(again["compare"]["settings"][0]["total_ms"]["pairs"] == 44);
+    CHECK_THAT(readFile(dir.file("out")),
+               Catch::Contains("Better: 0. Worse: 0. The same: 12. Undecided: 0."));
+    // Another flight is refused before anything is measured.
+    REQUIRE(run("a", "hybrid",
+                {"--sizes", "160x90", "--compare", dir.file("a/report.json"), "--speed", "90"}) == 2);
+    CHECK_THAT(readFile(dir.file("err")), Catch::Contains(dir.file("a/report.json") + ": of another path"));
 
     // Interrupted after the errors of its first setting: neither those nor the passes before are measured
     // again, the rest is, and without haze it is another setting. Against the first report, of which it has
@@ -265,6 +272,11 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
     const Json clear = Json::parse(readFile(dir.file("k/report.json")))["settings"][0];
     CHECK(clear["summary"]["flip"] != part["measured"]["summary"]["flip"]);
     CHECK(clear["by_pass"]["cpu_ms"][1] != pass["measured"][0]["by_frame"]["cpu_ms"]);
+
+    // Far too few page slots: said so, and still the same pictures in the timed flights.
+    CHECK(run("s", "hybrid", {"--sizes", "160x90", "--page-slots", "16", "--no-motion"}) == 0);
+    CHECK_THAT(readFile(dir.file("out")), Catch::Contains("NOT MET     no frame short of page slots") &&
+                                              Catch::Contains("met         every timed frame drew"));
 
     // A bound that is asked to have far more room than it has: broken, said so, and everything written.
     CHECK(run("b", "hybrid", {"--sizes", "160x90", "--bound-scale", "0.01", "--no-motion"}) == 1);

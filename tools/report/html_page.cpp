@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tools/report/html_page.h"
 
+#include "tools/report/compare.h"
 #include "tools/report/front.h"
 #include "tools/report/svg_plot.h"
 
@@ -433,14 +434,13 @@ std::string comparison(const Json& report)
             if (!ratio.is_object()) {
                 continue;
             }
-            const bool better = ratio["high"].is_number() && ratio["high"].get<double>() < 1;
-            const bool worse = ratio["low"].is_number() && ratio["low"].get<double>() > 1;
+            const Change change = changeOf(ratio);
             html +=
                 fmt::format("<tr><td>{}</td><td>{}</td><td class=\"{}\">{}</td><td>{}</td><td>{}</td></tr>\n",
                             textOf(setting["name"]), column,
-                            better  ? "good"
-                            : worse ? "bad"
-                                    : "",
+                            change == Change::better  ? "good"
+                            : change == Change::worse ? "bad"
+                                                      : "",
                             number(ratio["ratio"]), number(ratio["low"]), number(ratio["high"]));
         }
     }

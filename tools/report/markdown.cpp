@@ -151,11 +151,11 @@ std::string comparison(const Json& report)
     }
     std::string table =
         fmt::format("| now / before (95 %), {} passes against {} | frame time | CPU | "
-                    "largest error | FLIP |\n|---|---|---|---|---|\n",
+                    "p99 frame time | largest error | FLIP |\n|---|---|---|---|---|---|\n",
                     text(report["measured"]["passes"]), text(report["compare"]["passes_before"]));
     for (const Json& setting : report["compare"]["settings"]) {
         table += fmt::format("| {} |", text(setting["name"]));
-        for (const char* column : {"total_ms", "cpu_ms", "error_max_px", "flip"}) {
+        for (const char* column : {"total_ms", "cpu_ms", "total_ms_p99", "error_max_px", "flip"}) {
             table +=
                 fmt::format(" {} |", setting.contains(column) ? interval(setting[column], "ratio") : "-");
         }

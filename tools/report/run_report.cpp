@@ -9,6 +9,7 @@
 #include "tools/report/machine.h"
 #include "tools/report/markdown.h"
 #include "tools/report/motion_part.h"
+#include "tools/report/page_need.h"
 #include "tools/report/scaling_part.h"
 #include "tools/report/timing.h"
 #include "tools/terrain/progress.h"
@@ -28,8 +29,6 @@ namespace report {
 using namespace ig;
 
 namespace {
-
-constexpr int kReportFormat = 3; // of report.json and of what --resume takes again
 
 class PrintedLog final : public LogSink {
 public:
@@ -63,6 +62,18 @@ std::vector<Setting> settingsOf(const ReportOptions& options, const std::array<i
     return settings;
 }
 
+// Of all settings, each an object with its name.
+Json namesOf(const ReportOptions& options)
+{
+    Json names = Json::array();
+    for (const auto& size : options.sizes) {
+        for (const Setting& setting : settingsOf(options, size)) {
+            names.push_back({{"name", setting.name()}});
+        }
+    }
+    return names;
+}
+
 std::string hex(uint64_t value)
 {
     return fmt::format("{:016x}", value);
@@ -92,7 +103,7 @@ Json keyOf(const ReportOptions& options, const Path& path, const data::DatasetIn
             {"bound_scale", m.boundScale},
             {"visibility_m", options.scene.visibilityM},
             {"tolerance_px", options.scene.tolerancePx},
-            {"page_slots", options.scene.pageSlots},
+            {"page_slots", options.pageSlots},
             {"page_loads", options.scene.pageLoadsPerFrame}};
 }
 
@@ -161,7 +172,7 @@ Json headJson(const ReportOptions& options, const data::Dataset& dataset, const 
               {"frame_time_ms", options.frameTimeMs},
               {"visibility_m", options.scene.visibilityM},
               {"tolerance_px", options.scene.tolerancePx},
-              {"page_slots", options.scene.pageSlots},
+              {"page_slots", options.pageSlots > 0 ? Json(options.pageSlots) : Json("as each flight needs")},
               {"page_loads_per_frame", options.scene.pageLoadsPerFrame}}}};
 }
 
@@ -208,8 +219,13 @@ public:
     // Appends the settings to done.
     Result<void> measure(const std::array<int, 2>& size, Json& done)
     {
-        const std::vector<Setting> settings = settingsOf(_options, size);
+        std::vector<Setting> settings = settingsOf(_options, size);
         const std::vector<ViewState> views = _path.sized(size[0], size[1]);
+        for (Setting& setting : settings) {
+            if (auto provided = provideSlots(setting, views); !provided) {
+                return Unexpected{provided.error()};
+            }
+        }
         std::vector<std::vector<Json>> flights(settings.size()); // by pass
         for (unsigned pass = 0; pass < _options.passes; ++pass) {
             auto flown = time(settings, views, pass);
@@ -238,6 +254,26 @@ public:
     LogSink& log() { return _log; }
 
 private:
+    Result<void> provideSlots(Setting& setting, const std::vector<ViewState>& views)
+    {
+        setting.pageSlots = _options.pageSlots;
+        if (setting.pageSlots > 0) {
+            return {};
+        }
+        const std::string part = _parts + "/slots-" + setting.name() + ".json";
+        if (auto kept = keptFrom(part, _key)) {
+            setting.pageSlots = kept->get<uint32_t>();
+            return {};
+        }
+        auto needed = slotsNeeded(_options.scene, setting, views, _log);
+        needed = needed ? keep(part, _key, *needed) : needed;
+        if (!needed) {
+            return Unexpected{needed.error()};
+        }
+        setting.pageSlots = *needed;
+        return {};
+    }
+
     Result<std::vector<Json>> time(const std::vector<Setting>& settings, const std::vector<ViewState>& views,
                                    unsigned pass)
     {
@@ -361,9 +397,9 @@ Result<Outcome> runReport(const ReportOptions& options)
     }
     Json json = headJson(options, *dataset, *path, context->info());
     if (!older.is_null()) { // before anything is measured: it must be of the same path
-        json["settings"] = Json::array();
+        json["settings"] = namesOf(options);
         if (auto comparable = compareJson(older, json); !comparable) {
-            return Unexpected{comparable.error()};
+            return fail(comparable.error().kind, options.compareWith + ": " + comparable.error().message);
         }
     }
     Measuring measuring(options, *context, *dataset, *path, parts);
@@ -399,6 +435,7 @@ Result<Outcome> runReport(const ReportOptions& options)
         std::lround(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     Outcome outcome = outcomeOf(json["settings"]);
     outcome.verdict = verdictText(json["verdict"]);
+    outcome.comparison = older.is_null() ? std::string() : compareText(json["compare"]);
     json["outcome"] = {{"settings", outcome.settings},
                        {"frames_with_broken_bound", outcome.boundBroken},
                        {"frames_with_a_pop", outcome.pops},

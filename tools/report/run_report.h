@@ -22,6 +22,7 @@ struct ReportOptions {
     std::vector<std::array<int, 2>> sizes{{1280, 720}};
     std::vector<std::string> morph{"on"}; // "on", "off"
     std::vector<Setting> also;            // in each size, beside methods x budgets x morph
+    uint32_t pageSlots = 0;               // of every setting; 0: as many as its flight needs
     unsigned passes = 5;                  // in which the settings are timed in turn
     double frameTimeMs = 1000.0 / 60;     // the line in the plots
     std::string directory;                // made if it is not there
@@ -37,7 +38,8 @@ struct ReportOptions {
 struct Outcome {
     uint64_t boundBroken = 0, pops = 0, crackPixels = 0, overBudget = 0; // frames, frames, pixels, frames
     size_t settings = 0;
-    std::string verdict; // a line per claim, see verdictJson
+    std::string verdict;    // a line per claim, see verdictJson
+    std::string comparison; // see compareText; empty where there is nothing to compare with
 
     bool keepsBounds() const noexcept { return boundBroken == 0 && overBudget == 0; }
 };

@@ -43,7 +43,7 @@ public:
         for (const ViewState& view : views) {
             const double joules = energy.joules();
             const EngineRun::Cost cost = _run.frame(view);
-            _frames.push_back({cost.stats, cost.cpuMs, energy.joules() - joules});
+            _frames.push_back({cost.stats, cost.cpuMs, energy.joules() - joules, hashOf(_run.drawList())});
         }
         countMemory(before);
     }
