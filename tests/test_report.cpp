@@ -12,6 +12,7 @@
 #include "tools/report/flight.h"
 #include "tools/report/flip.h"
 #include "tools/report/front.h"
+#include "tools/report/machine.h"
 #include "tools/report/page_need.h"
 #include "tools/report/path.h"
 #include "tools/report/picture_error.h"
@@ -19,6 +20,7 @@
 #include "tools/report/statistics.h"
 #include "tools/report/surface_error.h"
 #include "tools/report/svg_plot.h"
+#include "tools/report/tables.h"
 #include "tools/terrain/compile.h"
 
 #include <catch2/catch.hpp>
@@ -632,6 +634,11 @@ TEST_CASE("a captured host's flight is a path")
     const auto path = makePath(options, land.dataset);
     REQUIRE(path);
     CHECK(path->views.size() == 120);
+    // As its makers say: where it starts, how high, and how fast.
+    const Geodetic start = toGeodetic(path->views.front().eye);
+    CHECK(start.latitudeRad * kDegPerRad == Approx(56.876).margin(0.01));
+    CHECK(start.longitudeRad * kDegPerRad == Approx(-5.050).margin(0.01));
+    CHECK(start.heightM == Approx(2134).margin(30));
     // An airliner: 50 to 300 m/s.
     const double movedM = glm::length(path->views.back().eye.m - path->views.front().eye.m);
     CHECK(movedM > 50 * 119 / 60.0);
@@ -763,6 +770,65 @@ TEST_CASE("a timed frame that drew something else than was measured is counted, 
     const Json setApart = withTimes(errors, {flight, timedFlightJson(setting, timed, {})});
     CHECK(setApart["counts"]["runs_that_differ"] == 1);
     CHECK(standing(Json::array({setApart}), kClaim) == false);
+}
+
+TEST_CASE("energy is that of all packages, over the end of their counters")
+{
+    const test::TempDir dir;
+    const auto write = [&dir](const std::string& zone, const char* file, const std::string& text) {
+        std::filesystem::create_directories(dir.file(zone));
+        std::ofstream(dir.file(zone) + '/' + file) << text << '\n';
+    };
+    const auto count = [&write](double first, double second) {
+        write("intel-rapl:0", "energy_uj", std::to_string(std::llround(first * 1e6)));
+        write("intel-rapl:1", "energy_uj", std::to_string(std::llround(second * 1e6)));
+        write("intel-rapl:0:0", "energy_uj", std::to_string(std::llround(first * 7e5))); // cores of the first
+        write("intel-rapl:2", "energy_uj", std::to_string(std::llround((first + second) * 2e6)));
+    };
+    const char* names[][2] = {{"intel-rapl:0", "package-0"},
+                              {"intel-rapl:1", "package-1"},
+                              {"intel-rapl:0:0", "core"},
+                              {"intel-rapl:2", "psys"}};
+    for (const auto& [zone, name] : names) {
+        write(zone, "name", name);
+        write(zone, "max_energy_range_uj", "1000000000");
+    }
+    count(100, 990);
+    EnergyMeter meter(dir.file(""));
+    CHECK(meter.isTold());
+    count(101, 992);
+    CHECK(meter.joules() == Approx(3));
+    count(101.5, 2); // the second has begun again at 1000 J
+    CHECK(meter.joules() == Approx(13.5));
+    EnergyMeter none(dir.file("nothing"));
+    CHECK_FALSE(none.isTold());
+    CHECK(none.joules() == 0);
+}
+
+TEST_CASE("scaling and settings are tables with their slopes and counts")
+{
+    const Json axes = Json::array({{{"axis", "speed, m/s"},
+                                    {"places",
+                                     {{{"value", 60}, {"total_ms_p50", 10}, {"select_ms_p50", 0.5}},
+                                      {{"value", 120}, {"total_ms_p50", 20}, {"select_ms_p50", 0.6}}}},
+                                    {"total_exponent", 1},
+                                    {"total_ms_per_unit", 0.1667},
+                                    {"select_exponent", 0.263},
+                                    {"select_ms_per_unit", 0.00167}}});
+    CHECK(scalingCsv(axes) == "axis,value,total_ms_p50,select_ms_p50,total_exponent,total_ms_per_unit,"
+                              "select_exponent,select_ms_per_unit\n"
+                              "\"speed, m/s\",60,10,0.5,1,0.1667,0.263,0.00167\n"
+                              "\"speed, m/s\",120,20,0.6,1,0.1667,0.263,0.00167\n");
+    CHECK(scalingText(axes) ==
+          "scaling     speed, m/s 60 - 120: frame 10 - 20 ms, exponent 1, 0.167 ms per unit; "
+          "selection 0.5 - 0.6 ms, exponent 0.263, 0.00167 ms per unit\n");
+    Json setting = madeUp("hybrid", 1000, 4, steady(10));
+    const std::string csv = settingsCsv(Json::array({setting}));
+    CHECK_THAT(csv, Catch::StartsWith("name,method,budget,") && Catch::Contains(",page_slots,") &&
+                        Catch::Contains(",counts.bound_broken,") &&
+                        Catch::Contains(",summary.total_ms.p99,") &&
+                        Catch::Contains("\nhybrid-1000-1280x720,hybrid,1000,"));
+    CHECK(std::count(csv.begin(), csv.end(), '\n') == 2);
 }
 
 TEST_CASE("a machine that drifts changes the times and not the verdict")

@@ -132,7 +132,7 @@ int main(int argc, char** argv)
         ->check(CLI::ExistingFile);
     app.add_flag("--no-motion", noMotion, "Leave the error of extrapolation out");
     app.add_option("--scaling", options.scalingSizes,
-                   "Measure scaling, with synthetic terrains of so many posts a side")
+                   "Measure scaling, with synthetic terrains and crops of this one of so many posts a side")
         ->delimiter(',')
         ->check(ig::app::within(129, 16'385));
     app.add_flag("--quiet", options.quiet, "No progress bar");
@@ -162,6 +162,7 @@ int main(int argc, char** argv)
         static_cast<unsigned long long>(outcome->pops), static_cast<unsigned long long>(outcome->overBudget),
         static_cast<unsigned long long>(outcome->crackPixels));
     std::fputs(outcome->verdict.c_str(), stdout);
+    std::fputs(outcome->scaling.c_str(), stdout);
     std::fputs(outcome->comparison.c_str(), stdout);
     return outcome->keepsBounds() ? 0 : ig::exitCode(ig::ErrorKind::failed);
 }

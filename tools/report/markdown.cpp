@@ -130,16 +130,17 @@ std::string scaling(const Json& report)
         return {};
     }
     std::string table =
-        "| scaling of hybrid over | from - to | frame ms | exponent | selection and lists ms | "
-        "exponent |\n|---|---|---|---|---|---|\n";
+        "| scaling of hybrid over | from - to | frame ms | exponent | ms per unit | selection and lists ms | "
+        "exponent | ms per unit |\n|---|---|---|---|---|---|---|---|\n";
     for (const Json& axis : report["scaling"]) {
         const Json& first = axis["places"].front();
         const Json& last = axis["places"].back();
-        table += fmt::format("| {} | {} - {} | {} - {} | {} | {} - {} | {} |\n", text(axis["axis"]),
+        table += fmt::format("| {} | {} - {} | {} - {} | {} | {} | {} - {} | {} | {} |\n", text(axis["axis"]),
                              number(first["value"]), number(last["value"]), number(first["total_ms_p50"]),
                              number(last["total_ms_p50"]), number(axis["total_exponent"]),
-                             number(first["select_ms_p50"]), number(last["select_ms_p50"]),
-                             number(axis["select_exponent"]));
+                             number(axis["total_ms_per_unit"]), number(first["select_ms_p50"]),
+                             number(last["select_ms_p50"]), number(axis["select_exponent"]),
+                             number(axis["select_ms_per_unit"]));
     }
     return table + '\n';
 }

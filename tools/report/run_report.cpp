@@ -10,7 +10,9 @@
 #include "tools/report/markdown.h"
 #include "tools/report/motion_part.h"
 #include "tools/report/page_need.h"
+#include "tools/report/parts.h"
 #include "tools/report/scaling_part.h"
+#include "tools/report/tables.h"
 #include "tools/report/timing.h"
 #include "tools/terrain/progress.h"
 
@@ -128,7 +130,7 @@ public:
 private:
     static constexpr double kTruth = 1; // in settings' errors
     static constexpr double kTimed = 0.3;
-    static constexpr double kScaling = 4;
+    static constexpr double kScaling = 15; // with terrains of up to 8193 x 8193 posts
     Progress step(double size)
     {
         const double before = _done;
@@ -206,10 +208,9 @@ std::string verdictText(const Json& verdict)
 class Measuring {
 public:
     Measuring(const ReportOptions& options, const gl::Context& context, const data::Dataset& dataset,
-              const Path& path, const std::string& parts)
+              const Path& path, const Parts& parts)
         : _options(options), _context(context), _dataset(dataset), _path(path), _parts(parts),
-          _key(keyOf(options, path, dataset.info())), _terrain(dataset),
-          _meter(_terrain, options.measure.blockPosts),
+          _terrain(dataset), _meter(_terrain, options.measure.blockPosts),
           _steps(options.quiet, options.sizes.size(),
                  options.sizes.size() * settingsOf(options, options.sizes.front()).size(), options.passes,
                  !options.scalingSizes.empty())
@@ -260,44 +261,46 @@ private:
         if (setting.pageSlots > 0) {
             return {};
         }
-        const std::string part = _parts + "/slots-" + setting.name() + ".json";
-        if (auto kept = keptFrom(part, _key)) {
+        const std::string part = "slots-" + setting.name();
+        if (auto kept = _parts.kept(part)) {
             setting.pageSlots = kept->get<uint32_t>();
             return {};
         }
-        auto needed = slotsNeeded(_options.scene, setting, views, _log);
-        needed = needed ? keep(part, _key, *needed) : needed;
+        const auto needed = slotsNeeded(_options.scene, setting, views, _log);
         if (!needed) {
             return Unexpected{needed.error()};
         }
         setting.pageSlots = *needed;
-        return {};
+        return _parts.keep(part, *needed);
     }
 
     Result<std::vector<Json>> time(const std::vector<Setting>& settings, const std::vector<ViewState>& views,
                                    unsigned pass)
     {
         // The settings of a pass are timed together or not at all.
-        Json key = _key;
+        Json names = Json::array();
         for (const Setting& setting : settings) {
-            key["settings"].push_back(setting.name());
+            names.push_back(setting.name());
         }
         const std::string part =
-            fmt::format("{}/pass-{}x{}-{}.json", _parts, views.front().widthPx, views.front().heightPx, pass);
-        if (auto kept = keptFrom(part, key)) {
+            fmt::format("pass-{}x{}-{}", views.front().widthPx, views.front().heightPx, pass);
+        if (auto kept = _parts.kept(part, names)) {
             _steps.skipPass(settings.size());
             return kept->get<std::vector<Json>>();
         }
         auto flown =
             timePass(_context, _options.scene, settings, views, pass, _log, _steps.pass(settings.size()));
-        return flown ? keep(part, std::move(key), *std::move(flown)) : flown;
+        if (!flown) {
+            return flown;
+        }
+        auto written = _parts.keep(part, *flown, names);
+        return written ? std::move(flown) : Unexpected{written.error()};
     }
 
     Result<Json> measureErrors(const Setting& setting, const std::vector<ViewState>& views,
                                std::optional<Truth>& truth)
     {
-        const std::string part = _parts + '/' + setting.name() + ".json";
-        if (auto kept = keptFrom(part, _key)) {
+        if (auto kept = _parts.kept(setting.name())) {
             _steps.skipSetting();
             return *std::move(kept);
         }
@@ -311,35 +314,21 @@ private:
             truth.emplace(*std::move(made));
         }
         MeasureOptions measure = _options.measure;
-        measure.pictureDir = _parts;
+        measure.pictureDir = _parts.directory();
         auto measured = measureSetting(_context, _options.scene, setting, measure, *truth, _meter, _log,
                                        _steps.setting());
-        return measured ? keep(part, _key, *std::move(measured)) : measured;
-    }
-
-    std::optional<Json> keptFrom(const std::string& part, const Json& key) const
-    {
-        if (!_options.resume) {
-            return std::nullopt;
+        if (!measured) {
+            return measured;
         }
-        auto read = readJson(part);
-        const bool isOfTheSame = read && read->contains("key") && (*read)["key"] == key;
-        return isOfTheSame ? std::optional<Json>((*read)["measured"]) : std::nullopt;
-    }
-
-    template <class Measured>
-    static Result<Measured> keep(const std::string& part, Json key, Measured measured)
-    {
-        auto written = app::writeFile(part, Json{{"key", std::move(key)}, {"measured", measured}}.dump());
-        return written ? Result<Measured>(std::move(measured)) : Unexpected{written.error()};
+        auto written = _parts.keep(setting.name(), *measured);
+        return written ? std::move(measured) : Unexpected{written.error()};
     }
 
     const ReportOptions& _options;
     const gl::Context& _context;
     const data::Dataset& _dataset;
     const Path& _path;
-    std::string _parts;
-    Json _key;
+    const Parts& _parts;
     PrintedLog _log;
     FullTerrain _terrain;
     SurfaceMeter _meter;
@@ -352,10 +341,17 @@ Result<void> writeReport(const Json& report, const std::string& directory, const
     if (!page) {
         return Unexpected{page.error()};
     }
-    const std::pair<const char*, std::string> files[] = {{".json", report.dump(1) + '\n'},
-                                                         {".csv", csvOf(report["settings"])},
-                                                         {".md", reportMarkdown(report)},
-                                                         {".html", *std::move(page)}};
+    std::vector<std::pair<const char*, std::string>> files{{".json", report.dump(1) + '\n'},
+                                                           {".csv", csvOf(report["settings"])},
+                                                           {"-settings.csv", settingsCsv(report["settings"])},
+                                                           {".md", reportMarkdown(report)},
+                                                           {".html", *std::move(page)}};
+    if (report.contains("motion")) {
+        files.emplace_back("-motion.csv", motionCsv(report["motion"]));
+    }
+    if (report.contains("scaling")) {
+        files.emplace_back("-scaling.csv", scalingCsv(report["scaling"]));
+    }
     for (const auto& [suffix, text] : files) {
         if (auto written = app::writeFile(directory + "/report" + suffix, text); !written) {
             return written;
@@ -402,7 +398,8 @@ Result<Outcome> runReport(const ReportOptions& options)
             return fail(comparable.error().kind, options.compareWith + ": " + comparable.error().message);
         }
     }
-    Measuring measuring(options, *context, *dataset, *path, parts);
+    const Parts kept(parts, options.resume, keyOf(options, *path, dataset->info()));
+    Measuring measuring(options, *context, *dataset, *path, kept);
     Json done = Json::array();
     for (const auto& size : options.sizes) {
         if (auto measured = measuring.measure(size, done); !measured) {
@@ -419,7 +416,7 @@ Result<Outcome> runReport(const ReportOptions& options)
         json["motion"] = motionJson(view);
     }
     if (!options.scalingSizes.empty()) {
-        auto scaling = scalingJson(*context, options.scene, {options.scalingSizes, parts}, measuring.log(),
+        auto scaling = scalingJson(*context, options.scene, {options.scalingSizes}, kept, measuring.log(),
                                    measuring.steps().scaling());
         if (!scaling) {
             return Unexpected{scaling.error()};
@@ -435,6 +432,7 @@ Result<Outcome> runReport(const ReportOptions& options)
         std::lround(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     Outcome outcome = outcomeOf(json["settings"]);
     outcome.verdict = verdictText(json["verdict"]);
+    outcome.scaling = json.contains("scaling") ? scalingText(json["scaling"]) : std::string();
     outcome.comparison = older.is_null() ? std::string() : compareText(json["compare"]);
     json["outcome"] = {{"settings", outcome.settings},
                        {"frames_with_broken_bound", outcome.boundBroken},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The whole report: measures what is asked for, setting by setting, and writes report.json, report.csv,
-// report.html and the table report.md into a directory.
+// report.html and the table report.md into a directory; beside them report-settings.csv, and
+// report-motion.csv and report-scaling.csv where those parts are measured.
 #pragma once
 
 #include "ig/base/result.h"
@@ -39,6 +40,7 @@ struct Outcome {
     uint64_t boundBroken = 0, pops = 0, crackPixels = 0, overBudget = 0; // frames, frames, pixels, frames
     size_t settings = 0;
     std::string verdict;    // a line per claim, see verdictJson
+    std::string scaling;    // see scalingText
     std::string comparison; // see compareText; empty where there is nothing to compare with
 
     bool keepsBounds() const noexcept { return boundBroken == 0 && overBudget == 0; }
