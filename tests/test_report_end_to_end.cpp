@@ -7,6 +7,8 @@
 #include "tools/report/drawn_surface.h"
 #include "tools/report/engine_run.h"
 #include "tools/report/flight.h"
+#include "tools/report/parts.h"
+#include "tools/report/scaling_part.h"
 #include "tools/report/surface_error.h"
 #include "tools/terrain/compile.h"
 
@@ -284,4 +286,78 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
     CHECK_THAT(readFile(dir.file("out")), Catch::Contains("frames above their bound: 88"));
     CHECK(run("c", "hybrid", {"--sizes", "12"}) == 2);
     CHECK(run("c", "hybrid", {"--path", dir.file("none.csv")}) == 2);
+}
+
+TEST_CASE("a report follows a recorded host")
+{
+    const std::string capture = std::string(EYEPOINT_SHARED_DIR) + "/data/host/jsbsim_737_turn_scotland.pcap";
+    if (!std::filesystem::exists(capture)) {
+        WARN("no captures of hosts beside the source tree: skipped");
+        return;
+    }
+    const test::TempDir dir;
+    Process process({"eyepoint-report", "--terrain", test::makeRollingLand(dir), "-o", dir.file("p"),
+                     "--path", capture, "--frames", "12", "--methods", "hybrid", "--budgets", "2000",
+                     "--sizes", "160x90", "--passes", "1", "--no-motion", "--quiet"},
+                    dir.file("out"), dir.file("err"));
+    REQUIRE(process.wait(120) == 0);
+    const Json report = Json::parse(readFile(dir.file("p/report.json")));
+    CHECK(report["path"]["name"] == "jsbsim_737_turn_scotland.pcap");
+    CHECK(report["path"]["frames"] == 12);
+    CHECK(report["outcome"]["frames_with_broken_bound"] == 0);
+    CHECK(report["settings"][0]["counts"]["runs_that_differ"] == 0);
+    CHECK(report["settings"][0]["summary"]["posts_sampled"]["p50"].get<double>() > 500); // it sees the land
+}
+
+TEST_CASE("scaling is measured along every axis up to the whole terrain, and what is finished is kept")
+{
+    const test::TempDir dir;
+    report::Scene scene;
+    scene.terrain = test::makeRollingLand(dir, 513);
+    auto context = ig::gl::Context::create({});
+    REQUIRE(context);
+    SilentLog log;
+    const std::string partsDir = dir.file("parts");
+    std::filesystem::create_directories(partsDir);
+    const auto measure = [&](const char* key) {
+        const report::Parts parts(partsDir, true, report::Json{{"run", key}});
+        double share = 0;
+        auto scaling = report::scalingJson(*context, scene, {.terrainPosts = {257, 129}, .frames = 2}, parts,
+                                           log, [&share](double now) {
+                                               CHECK(now >= share);
+                                               share = now;
+                                           });
+        CHECK(share == Approx(1));
+        REQUIRE(scaling);
+        return *scaling;
+    };
+    const report::Json scaling = measure("a");
+    std::vector<std::string> names;
+    for (const report::Json& axis : scaling) {
+        names.push_back(axis["axis"].get<std::string>());
+        INFO(names.back());
+        for (const char* slope : {"total_exponent", "total_ms_per_unit", "cpu_exponent", "cpu_ms_per_unit",
+                                  "select_exponent", "select_ms_per_unit"}) {
+            CHECK(axis[slope].is_number());
+        }
+        double before = 0;
+        for (const report::Json& place : axis["places"]) {
+            CHECK(place["value"].get<double>() > before);
+            before = place["value"].get<double>();
+            CHECK(place["total_ms_p50"].get<double>() > 0);
+            CHECK(place["triangles_p50"].get<double>() > 0);
+        }
+    }
+    CHECK(names == std::vector<std::string>{"triangle budget", "speed, m/s", "picture, million pixels",
+                                            "horizontal field of view, degrees", "views",
+                                            "synthetic terrain, million posts",
+                                            "this terrain, million posts"});
+    const report::Json& sizes = scaling.back()["places"];
+    REQUIRE(sizes.size() == 3); // two crops, and all of it
+    CHECK(sizes[2]["value"].get<double>() == Approx(1e-6 * 513 * 513).epsilon(1e-4));
+    CHECK(sizes[0]["page_slots"] < sizes[1]["page_slots"]);
+    for (const auto& file : std::filesystem::directory_iterator(partsDir)) {
+        CHECK(file.path().extension() == ".json"); // no terrain is left
+    }
+    CHECK(measure("a") == scaling); // taken again, times and all
 }

@@ -14,7 +14,7 @@ namespace report {
 class Parts {
 public:
     // directory: there. resume: take what is there and was measured alike; else all is measured again. key:
-    // what all parts were measured with.
+    // what all parts were measured with, an object.
     Parts(std::string directory, bool resume, Json key)
         : _directory(std::move(directory)), _resume(resume), _key(std::move(key))
     {
