@@ -115,21 +115,24 @@ public:
     Steps(bool quiet, size_t truths, size_t settings, unsigned passes, bool scaling)
         : _progress(quiet),
           _total(kTruth * static_cast<double>(truths) +
-                 (1 + kTimed * passes) * static_cast<double>(settings) + (scaling ? kScaling : 0))
+                 (1 + kSlots + kTimed * passes) * static_cast<double>(settings) + (scaling ? kScaling : 0))
     {
     }
     Progress pass(size_t settings) { return step(kTimed * static_cast<double>(settings)); }
     Progress truth() { return step(kTruth); }
     Progress setting() { return step(1); }
+    Progress slots() { return step(kSlots); }
     Progress scaling() { return step(kScaling); }
     // What need not be done counts as if it had never been asked for, or the time left would be too short.
     void skipPass(size_t settings) { _total -= kTimed * static_cast<double>(settings); }
     void skipSetting() { _total -= 1; }
+    void skipSlots() { _total -= kSlots; }
     void skipTruth() { _total -= kTruth; }
 
 private:
     static constexpr double kTruth = 1; // in settings' errors
     static constexpr double kTimed = 0.3;
+    static constexpr double kSlots = 0.1;
     static constexpr double kScaling = 15; // with terrains of up to 8193 x 8193 posts
     Progress step(double size)
     {
@@ -259,11 +262,13 @@ private:
     {
         setting.pageSlots = _options.pageSlots;
         if (setting.pageSlots > 0) {
+            _steps.skipSlots();
             return {};
         }
         const std::string part = "slots-" + setting.name();
         if (auto kept = _parts.kept(part)) {
             setting.pageSlots = kept->get<uint32_t>();
+            _steps.skipSlots();
             return {};
         }
         const auto needed = slotsNeeded(_options.scene, setting, views, _log);
@@ -271,6 +276,7 @@ private:
             return Unexpected{needed.error()};
         }
         setting.pageSlots = *needed;
+        _steps.slots()(1);
         return _parts.keep(part, *needed);
     }
 
