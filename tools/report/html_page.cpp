@@ -537,7 +537,7 @@ upload (finished pages
 handed to GL) are apart. Reading, decoding and meshing of pages is other threads' work, waited for between frames, as a
 display gives them time for: it is in the CPU time and in no wall time, and which pages a frame has does not depend on
 the machine. Every setting has as many page slots as its flight needs, unless told otherwise; short of slots is a frame
-that uses, or may need soon, all of them. Drawn otherwise is a frame for which a timed flight had other triangles, weights
+that leaves fewer of them free than one plan of the prefetch may fill. Drawn otherwise is a frame for which a timed flight had other triangles, weights
 or tolerance than the flight whose error is measured. On a driver that defers, most of the drawing
 shows in the reading back.</li>
 <li>Geometric error: distance on the screen between a full-resolution post that is inside the frustum and the point of

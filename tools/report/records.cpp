@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tools/report/records.h"
 
+#include "ig/lod/prefetch.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -121,7 +123,7 @@ bool isOverBudget(const FrameRecord& frame, const Setting& setting)
 
 bool isShortOfSlots(const FrameRecord& frame, const Setting& setting)
 {
-    return frame.pagesInUse >= setting.pageSlots;
+    return frame.pagesInUse > 0 && frame.pagesInUse + ig::lod::Prefetch::kMaxMissing > setting.pageSlots;
 }
 
 // Of 64 bits, which JSON's numbers do not hold.

@@ -65,7 +65,8 @@ bool isPop(const FrameRecord& frame) noexcept;
 
 // The setting, its counts, the quantiles of every column and the columns by frame; of the error alone, as
 // long as it has no times. boundScale: a frame breaks the bound where its error is larger than bound times
-// this, and is short of slots where all of them are in use.
+// this, and is short of slots where those that are not in use hold less than a plan of the
+// prefetch may bring (slotsNeeded() leaves that much): pages push each other out then.
 Json settingJson(const Setting& setting, const std::vector<FrameRecord>& frames, double boundScale);
 
 struct Memory {
