@@ -434,6 +434,44 @@ TEST_CASE("pictures that wait for their pages are the same in every run, however
     CHECK((first == fly(77)));
 }
 
+TEST_CASE("where loading is waited for between frames, the same pages come with the same frames in every run")
+{
+    const test::TempDir dir;
+    const std::string path = makeDataset(dir);
+    const data::Dataset dataset = openDataset(path);
+    struct Seen {
+        std::vector<int32_t> slotOfPage;
+        std::vector<uint16_t> indices;
+        uint32_t pageIns = 0;
+        bool operator==(const Seen&) const = default;
+    };
+    const auto fly = [&](uint32_t seed) {
+        const UnevenSource source(dataset, seed);
+        CollectedLog log;
+        app::TerrainSettings settings = smallSettings();
+        settings.pageSlots = 120; // pages come and go
+        settings.pageLoadsPerFrame = 4;
+        gl::NullRenderer renderer = nullRenderer(settings);
+        app::TerrainResidency terrain(openDataset(path), settings, renderer, log, &source);
+        app::TerrainView view(terrain, settings.selection, renderer);
+        REQUIRE(view.preload(viewFrom(terrain.info(), 900, 500, 0)));
+        std::vector<Seen> frames;
+        for (int i = 0; i < 60; ++i) {
+            app::FrameStats stats;
+            view.askForPages();
+            terrain.waitForLoading();
+            view.draw(viewFrom(terrain.info(), 900 - 10 * i, 500, 0.05 * i), stats);
+            const auto slots = terrain.slotOfPage();
+            frames.push_back({{slots.begin(), slots.end()}, view.drawList().indices, stats.pageIns});
+        }
+        return frames;
+    };
+    const std::vector<Seen> first = fly(1);
+    CHECK(std::any_of(first.begin(), first.end(), [](const Seen& seen) { return seen.pageIns == 4; }));
+    CHECK((first == fly(2)));
+    CHECK((first == fly(77)));
+}
+
 TEST_CASE("an unlinked file is flown on; of a truncated one each lost tile is reported once")
 {
     const test::TempDir dir;

@@ -1,19 +1,26 @@
 // SPDX-License-Identifier: MIT
 // What eyepoint-report measures, on cases whose answers are known.
+#include "hills_terrain.h"
 #include "ig/geo/attitude.h"
 #include "land_grid.h"
+#include "rolling_land.h"
 #include "temp_dir.h"
 #include "tools/report/compare.h"
 #include "tools/report/drawn_surface.h"
+#include "tools/report/engine_run.h"
 #include "tools/report/extrapolation_error.h"
+#include "tools/report/flight.h"
 #include "tools/report/flip.h"
 #include "tools/report/front.h"
+#include "tools/report/machine.h"
+#include "tools/report/page_need.h"
 #include "tools/report/path.h"
 #include "tools/report/picture_error.h"
 #include "tools/report/records.h"
 #include "tools/report/statistics.h"
 #include "tools/report/surface_error.h"
 #include "tools/report/svg_plot.h"
+#include "tools/report/tables.h"
 #include "tools/terrain/compile.h"
 
 #include <catch2/catch.hpp>
@@ -249,6 +256,11 @@ TEST_CASE("a frame breaks the bound where either measurement is above it, and po
     frame.boundPx = std::numeric_limits<double>::infinity();
     CHECK(counts(1)["bound_broken"] == 0);
     CHECK(counts(1)["without_bound"] == 1);
+    // One slot too few for what a plan of the prefetch may bring, and just enough.
+    frame.pagesInUse = Setting().pageSlots - lod::Prefetch::kMaxMissing + 1;
+    CHECK(counts(1)["short_of_slots"] == 1);
+    --frame.pagesInUse;
+    CHECK(counts(1)["short_of_slots"] == 0);
     frame.tauPx = 0.1; // too small to be seen
     frame.motion.maxPx = 0.9;
     CHECK(counts(1)["pops"] == 0);
@@ -422,27 +434,43 @@ TEST_CASE("ticks are round numbers within the axis")
     CHECK_THAT(svg, !Catch::Contains("nan") && !Catch::Contains("inf"));
 }
 
-TEST_CASE("reports are compared frame by frame, and only with one of the same path")
+namespace {
+
+Json reportOf(const char* setting, double ms, double errorPx)
 {
-    const auto report = [](double ms, const char* hash) {
-        Json values = Json::array();
-        for (int i = 0; i < 60; ++i) {
-            values.push_back(ms + 0.01 * (i % 7));
-        }
-        return Json{{"path", {{"hash", hash}}},
-                    {"terrain", {{"checksum", "1"}}},
-                    {"settings", {{{"name", "x"}, {"by_frame", {{"total_ms", values}}}}}}};
-    };
-    const auto same = compareJson(report(10, "a"), report(20, "a"));
+    Json times = Json::array();
+    Json errors = Json::array();
+    for (int i = 0; i < 60; ++i) {
+        times.push_back(ms + 0.01 * (i % 7));
+        errors.push_back(errorPx + 0.01 * (i % 5));
+    }
+    return Json{
+        {"eyepoint_report", kReportFormat},
+        {"path", {{"hash", "a"}, {"name", "circle"}}},
+        {"terrain", {{"checksum", "1"}, {"file", "land.ept"}}},
+        {"settings", {{{"name", setting}, {"by_frame", {{"total_ms", times}, {"error_max_px", errors}}}}}}};
+}
+
+} // namespace
+
+TEST_CASE("reports are compared frame by frame")
+{
+    const auto same = compareJson(reportOf("x", 10, 2), reportOf("x", 20, 2));
     REQUIRE(same);
-    CHECK((*same)["settings"][0]["total_ms"]["ratio"].get<double>() == Approx(2).epsilon(0.01));
-    CHECK((*same)["settings"][0]["total_ms"]["low"].get<double>() > 1.9);
-    CHECK_FALSE(compareJson(report(10, "a"), report(10, "b")));
+    const Json& row = (*same)["settings"][0];
+    for (const char* column : {"total_ms", "total_ms_p50", "total_ms_p99"}) {
+        INFO(column);
+        CHECK(row[column]["ratio"].get<double>() == Approx(2).epsilon(0.01));
+        CHECK(row[column]["low"].get<double>() > 1.9);
+        CHECK(row[column]["high"].get<double>() < 2.1);
+        CHECK(changeOf(row[column]) == Change::worse);
+    }
+    CHECK(changeOf(row["error_max_px"]) == Change::same);
     // Settings that one of them lacks, and what else is different, are named.
-    Json wider = report(20, "a");
+    Json wider = reportOf("x", 20, 1);
     wider["settings"].push_back({{"name", "y"}, {"by_frame", Json::object()}});
     wider["measured"] = {{"visibility_m", 20000}, {"tolerance_px", 1}};
-    Json older = report(10, "a");
+    Json older = reportOf("x", 10, 2);
     older["settings"].push_back({{"name", "z"}, {"by_frame", Json::object()}});
     older["measured"] = {{"visibility_m", 60000}, {"tolerance_px", 1}};
     const auto other = compareJson(older, wider);
@@ -451,7 +479,121 @@ TEST_CASE("reports are compared frame by frame, and only with one of the same pa
     CHECK((*other)["only_now"] == Json::array({"y"}));
     CHECK((*other)["only_before"] == Json::array({"z"}));
     CHECK((*other)["measured_differently"] == Json::array({"visibility_m: 60000 before, 20000 now"}));
-    CHECK_FALSE(compareJson(Json::array(), report(10, "b")));
+    const std::string text = compareText(*other);
+    CHECK_THAT(text, Catch::Contains("\nx  ") && Catch::Contains("visibility_m: 60000 before, 20000 now"));
+    CHECK_THAT(text, Catch::Contains("Better: 1 (x largest error). Worse: 2 (x p50 time, x p99 time). "
+                                     "The same: 0. Undecided: 0."));
+}
+
+TEST_CASE("a report that cannot be compared is refused with the reason")
+{
+    const Json now = reportOf("x", 10, 2);
+    const auto refused = [&now](const char* pointer, const Json& value) {
+        Json before = now;
+        before[Json::json_pointer(pointer)] = value;
+        const auto compared = compareJson(before, now);
+        return compared ? std::string("taken") : compared.error().message;
+    };
+    CHECK(refused("/date", "some day") == "taken");
+    CHECK_THAT(refused("/eyepoint_report", nullptr), Catch::Contains("no report"));
+    CHECK_THAT(refused("/eyepoint_report", kOldestComparedFormat - 1), Catch::Contains("format"));
+    CHECK_THAT(refused("/eyepoint_report", kReportFormat + 1), Catch::Contains("format"));
+    CHECK_THAT(refused("/settings", 7), Catch::Contains("damaged"));
+    CHECK_THAT(refused("/settings/0", "x"), Catch::Contains("damaged"));
+    CHECK_THAT(refused("/settings/0/by_frame", Json::array()), Catch::Contains("damaged"));
+    CHECK_THAT(refused("/settings/0/name", "y"), Catch::Contains("none of this report's settings"));
+    CHECK_THAT(refused("/terrain/checksum", "2"), Catch::Contains("another terrain (land.ept)"));
+    CHECK_THAT(refused("/path/hash", "b"), Catch::Contains("another path (circle)"));
+    CHECK_THAT(refused("/path", 3), Catch::Contains("another path"));
+    CHECK_FALSE(compareJson(Json::array(), now));
+}
+
+TEST_CASE("the ratio of two quantiles has an interval that is wide where few frames decide it")
+{
+    std::vector<double> before, now;
+    std::mt19937 random(5);
+    for (int i = 0; i < 300; ++i) {
+        const double noise = static_cast<double>(random()) / 4294967296.0;
+        before.push_back(10 + noise);
+        now.push_back(11 + 1.1 * noise + (i == 120 || i % 97 == 3 ? 20 : 0)); // five hiccups
+    }
+    const Ratio p50 = quantileRatio(before, now, 0.5);
+    CHECK(p50.mean == Approx(1.1).epsilon(0.01));
+    CHECK(p50.low > 1.08);
+    CHECK(p50.high < 1.12);
+    CHECK(p50.pairs == 300);
+    const Ratio p99 = quantileRatio(before, now, 0.99);
+    CHECK(p99.mean > 2);
+    CHECK(p99.low < 1.2); // some draws have none of them
+    CHECK(p99.high > 2);
+    CHECK(quantileRatio(before, before, 0.99).high == 1);
+    before.resize(10);
+    CHECK(std::isinf(quantileRatio(before, now, 0.5).high));
+}
+
+TEST_CASE("a flight without a picture finds the page slots that it needs")
+{
+    const test::TempDir dir;
+    Scene scene;
+    scene.terrain = test::makeRollingLand(dir, 2049);
+    const auto dataset = data::Dataset::open(scene.terrain);
+    REQUIRE(dataset);
+    Flight flight(*dataset, {}, middleOf(dataset->info()));
+    std::vector<ViewState> views;
+    for (int i = 0; i < 40; ++i) {
+        views.push_back(flight.view(0.1 * i, 1280, 720));
+    }
+    test::CollectedLog log;
+    Setting setting{.budget = 48'000};
+    const auto needed = slotsNeeded(scene, setting, views, log);
+    REQUIRE(needed);
+    CHECK(*needed >= 512);
+    CHECK(*needed < dataset->pages().size());
+    const auto framesShort = [&](uint32_t slots) {
+        setting.pageSlots = slots;
+        auto run = EngineRun::createBlind(scene, setting, log);
+        REQUIRE(run);
+        REQUIRE(run->warmUp(views.front()));
+        size_t frames = 0;
+        for (const ViewState& view : views) {
+            (void)run->frame(view);
+            frames += run->pagesInUse() >= slots ? 1 : 0;
+        }
+        return frames;
+    };
+    CHECK(framesShort(*needed) == 0);
+    CHECK(framesShort(64) > 0);
+    // A terrain of few pages fits whole.
+    const test::TempDir other;
+    scene.terrain = test::makeRollingLand(other, 257);
+    const auto small = data::Dataset::open(scene.terrain);
+    REQUIRE(small);
+    CHECK(*slotsNeeded(scene, setting, views, log) == small->pages().size());
+}
+
+TEST_CASE("two lists of triangles have one number only where all of it is the same")
+{
+    lod::DrawList list;
+    list.indices = {0, 1, 2, 3, 4, 5};
+    list.lists = {{.page = 3, .first = 0, .count = 6}};
+    list.stats.tauPx = 2;
+    const uint64_t hash = hashOf(list);
+    const auto differs = [&](const std::function<void(lod::DrawList&)>& change) {
+        lod::DrawList other = list;
+        change(other);
+        return hashOf(other) != hash;
+    };
+    CHECK_FALSE(differs([](auto& other) { other.number = 9; }));
+    CHECK(differs([](auto& other) { std::swap(other.indices[4], other.indices[5]); }));
+    CHECK(differs([](auto& other) { other.lists[0].page = 4; }));
+    CHECK(differs([](auto& other) { other.lists[0].count = 3; }));
+    CHECK(differs([](auto& other) { other.stats.tauPx = 2.000001F; }));
+    CHECK(differs([](auto& other) { other.morph.reach = 1; }));
+    list.lists.clear();
+    list.items = {lod::DrawItem{.page = 1}};
+    const uint64_t ofTiles = hashOf(list);
+    list.items[0].sideWeight[3] = 0.5F;
+    CHECK(hashOf(list) != ofTiles);
 }
 
 TEST_CASE("a path file's poses are the frames' eyes, and a file without a pose is refused")
@@ -492,6 +634,11 @@ TEST_CASE("a captured host's flight is a path")
     const auto path = makePath(options, land.dataset);
     REQUIRE(path);
     CHECK(path->views.size() == 120);
+    // As its makers say: where it starts, how high, and how fast.
+    const Geodetic start = toGeodetic(path->views.front().eye);
+    CHECK(start.latitudeRad * kDegPerRad == Approx(56.876).margin(0.01));
+    CHECK(start.longitudeRad * kDegPerRad == Approx(-5.050).margin(0.01));
+    CHECK(start.heightM == Approx(2134).margin(30));
     // An airliner: 50 to 300 m/s.
     const double movedM = glm::length(path->views.back().eye.m - path->views.front().eye.m);
     CHECK(movedM > 50 * 119 / 60.0);
@@ -604,6 +751,86 @@ TEST_CASE("a frame has the times of its median pass, and what a pass has for its
                Catch::Contains("\nhybrid-1000-1280x720,hybrid,1000,1280,720,1,5,0,10"));
 }
 
+TEST_CASE("a timed frame that drew something else than was measured is counted, and a claim is not met")
+{
+    const Setting setting{.method = "hybrid", .budget = 1000};
+    std::vector<FrameRecord> frames(30);
+    std::vector<TimedFrame> timed(30);
+    for (size_t i = 0; i < frames.size(); ++i) {
+        frames[i].boundPx = 1;
+        frames[i].drawn = timed[i].drawn = 0x8000'0000'0000'0000U + i;
+        timed[i].stats.frameNs = 1'000'000;
+        timed[i].cpuMs = 1;
+    }
+    constexpr const char* kClaim = "every timed frame drew what its error was measured of";
+    const Json flight = timedFlightJson(setting, timed, {});
+    const Json errors = settingJson(setting, frames, 1);
+    CHECK(standing(Json::array({withTimes(errors, {flight, flight})}), kClaim) == true);
+    timed[17].drawn ^= 1;
+    const Json setApart = withTimes(errors, {flight, timedFlightJson(setting, timed, {})});
+    CHECK(setApart["counts"]["runs_that_differ"] == 1);
+    CHECK(standing(Json::array({setApart}), kClaim) == false);
+}
+
+TEST_CASE("energy is that of all packages, over the end of their counters")
+{
+    const test::TempDir dir;
+    const auto write = [&dir](const std::string& zone, const char* file, const std::string& text) {
+        std::filesystem::create_directories(dir.file(zone));
+        std::ofstream(dir.file(zone) + '/' + file) << text << '\n';
+    };
+    const auto count = [&write](double first, double second) {
+        write("intel-rapl:0", "energy_uj", std::to_string(std::llround(first * 1e6)));
+        write("intel-rapl:1", "energy_uj", std::to_string(std::llround(second * 1e6)));
+        write("intel-rapl:0:0", "energy_uj", std::to_string(std::llround(first * 7e5))); // cores of the first
+        write("intel-rapl:2", "energy_uj", std::to_string(std::llround((first + second) * 2e6)));
+    };
+    const char* names[][2] = {{"intel-rapl:0", "package-0"},
+                              {"intel-rapl:1", "package-1"},
+                              {"intel-rapl:0:0", "core"},
+                              {"intel-rapl:2", "psys"}};
+    for (const auto& [zone, name] : names) {
+        write(zone, "name", name);
+        write(zone, "max_energy_range_uj", "1000000000");
+    }
+    count(100, 990);
+    EnergyMeter meter(dir.file(""));
+    CHECK(meter.isTold());
+    count(101, 992);
+    CHECK(meter.joules() == Approx(3));
+    count(101.5, 2); // the second has begun again at 1000 J
+    CHECK(meter.joules() == Approx(13.5));
+    EnergyMeter none(dir.file("nothing"));
+    CHECK_FALSE(none.isTold());
+    CHECK(none.joules() == 0);
+}
+
+TEST_CASE("scaling and settings are tables with their slopes and counts")
+{
+    const Json axes = Json::array({{{"axis", "speed, m/s"},
+                                    {"places",
+                                     {{{"value", 60}, {"total_ms_p50", 10}, {"select_ms_p50", 0.5}},
+                                      {{"value", 120}, {"total_ms_p50", 20}, {"select_ms_p50", 0.6}}}},
+                                    {"total_exponent", 1},
+                                    {"total_ms_per_unit", 0.1667},
+                                    {"select_exponent", 0.263},
+                                    {"select_ms_per_unit", 0.00167}}});
+    CHECK(scalingCsv(axes) == "axis,value,total_ms_p50,select_ms_p50,total_exponent,total_ms_per_unit,"
+                              "select_exponent,select_ms_per_unit\n"
+                              "\"speed, m/s\",60,10,0.5,1,0.1667,0.263,0.00167\n"
+                              "\"speed, m/s\",120,20,0.6,1,0.1667,0.263,0.00167\n");
+    CHECK(scalingText(axes) ==
+          "scaling     speed, m/s 60 - 120: frame 10 - 20 ms, exponent 1, 0.167 ms per unit; "
+          "selection 0.5 - 0.6 ms, exponent 0.263, 0.00167 ms per unit\n");
+    Json setting = madeUp("hybrid", 1000, 4, steady(10));
+    const std::string csv = settingsCsv(Json::array({setting}));
+    CHECK_THAT(csv, Catch::StartsWith("name,method,budget,") && Catch::Contains(",page_slots,") &&
+                        Catch::Contains(",counts.bound_broken,") &&
+                        Catch::Contains(",summary.total_ms.p99,") &&
+                        Catch::Contains("\nhybrid-1000-1280x720,hybrid,1000,"));
+    CHECK(std::count(csv.begin(), csv.end(), '\n') == 2);
+}
+
 TEST_CASE("a machine that drifts changes the times and not the verdict")
 {
     const auto drift = [](size_t pass, size_t frame) {
@@ -708,11 +935,11 @@ TEST_CASE("methods are compared at equal error, and a budget fits by its p99")
     broken[1]["counts"]["pops"] = 1;
     broken[1]["broken"] = {{{"frame", 37}, {"what", {"pops"}}}};
     const Json verdict = verdictJson(broken, frontJson(broken, 16));
-    REQUIRE(verdict.size() == 7);
+    REQUIRE(verdict.size() == 9);
     CHECK(verdict[0]["met"] == true);
     CHECK(verdict[1]["met"] == false);
     CHECK(verdict[1]["found"] == "1 (setting, frames: hybrid-9000-1280x720 37)");
-    CHECK(verdict[4]["met"] == true); // less error, but
-    CHECK(verdict[5]["met"] == false);
-    CHECK(verdict[6]["met"] == false);
+    CHECK(verdict[6]["met"] == true); // less error, but
+    CHECK(verdict[7]["met"] == false);
+    CHECK(verdict[8]["met"] == false);
 }

@@ -7,6 +7,8 @@
 #include "tools/report/drawn_surface.h"
 #include "tools/report/engine_run.h"
 #include "tools/report/flight.h"
+#include "tools/report/parts.h"
+#include "tools/report/scaling_part.h"
 #include "tools/report/surface_error.h"
 #include "tools/terrain/compile.h"
 
@@ -195,6 +197,7 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
         CHECK(summary["posts_sampled"]["p50"].get<double>() > 500);
         CHECK(summary["all_posts"]["p50"].get<double>() > 10 * summary["posts_sampled"]["p50"].get<double>());
         CHECK(setting["counts"]["runs_that_differ"] == 0);
+        CHECK(setting["counts"]["short_of_slots"] == 0);
         // Tiles of geomip may jump (ig/lod/geomip_morph.h).
         CHECK((setting["method"] == "geomip" || setting["counts"]["pops"] == 0));
     }
@@ -235,6 +238,12 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
     CHECK(again["settings"] == report["settings"]);
     CHECK(again["compare"]["settings"][0]["total_ms"]["ratio"] == 1);
     CHECK(again["compare"]["settings"][0]["total_ms"]["pairs"] == 44);
+    CHECK_THAT(readFile(dir.file("out")),
+               Catch::Contains("Better: 0. Worse: 0. The same: 12. Undecided: 0."));
+    // Another flight is refused before anything is measured.
+    REQUIRE(run("a", "hybrid",
+                {"--sizes", "160x90", "--compare", dir.file("a/report.json"), "--speed", "90"}) == 2);
+    CHECK_THAT(readFile(dir.file("err")), Catch::Contains(dir.file("a/report.json") + ": of another path"));
 
     // Interrupted after the errors of its first setting: neither those nor the passes before are measured
     // again, the rest is, and without haze it is another setting. Against the first report, of which it has
@@ -266,10 +275,89 @@ TEST_CASE("a report of a small terrain has its figures, its plots and its pictur
     CHECK(clear["summary"]["flip"] != part["measured"]["summary"]["flip"]);
     CHECK(clear["by_pass"]["cpu_ms"][1] != pass["measured"][0]["by_frame"]["cpu_ms"]);
 
+    // Far too few page slots: said so, and still the same pictures in the timed flights.
+    CHECK(run("s", "hybrid", {"--sizes", "160x90", "--page-slots", "16", "--no-motion"}) == 0);
+    CHECK_THAT(readFile(dir.file("out")), Catch::Contains("NOT MET     no frame short of page slots") &&
+                                              Catch::Contains("met         every timed frame drew"));
+
     // A bound that is asked to have far more room than it has: broken, said so, and everything written.
     CHECK(run("b", "hybrid", {"--sizes", "160x90", "--bound-scale", "0.01", "--no-motion"}) == 1);
     CHECK(Json::parse(readFile(dir.file("b/report.json")))["outcome"]["frames_with_broken_bound"] == 88);
     CHECK_THAT(readFile(dir.file("out")), Catch::Contains("frames above their bound: 88"));
     CHECK(run("c", "hybrid", {"--sizes", "12"}) == 2);
     CHECK(run("c", "hybrid", {"--path", dir.file("none.csv")}) == 2);
+}
+
+TEST_CASE("a report follows a recorded host")
+{
+    const std::string capture = std::string(EYEPOINT_SHARED_DIR) + "/data/host/jsbsim_737_turn_scotland.pcap";
+    if (!std::filesystem::exists(capture)) {
+        WARN("no captures of hosts beside the source tree: skipped");
+        return;
+    }
+    const test::TempDir dir;
+    Process process({"eyepoint-report", "--terrain", test::makeRollingLand(dir), "-o", dir.file("p"),
+                     "--path", capture, "--frames", "12", "--methods", "hybrid", "--budgets", "2000",
+                     "--sizes", "160x90", "--passes", "1", "--no-motion", "--quiet"},
+                    dir.file("out"), dir.file("err"));
+    REQUIRE(process.wait(120) == 0);
+    const Json report = Json::parse(readFile(dir.file("p/report.json")));
+    CHECK(report["path"]["name"] == "jsbsim_737_turn_scotland.pcap");
+    CHECK(report["path"]["frames"] == 12);
+    CHECK(report["outcome"]["frames_with_broken_bound"] == 0);
+    CHECK(report["settings"][0]["counts"]["runs_that_differ"] == 0);
+    CHECK(report["settings"][0]["summary"]["posts_sampled"]["p50"].get<double>() > 500); // it sees the land
+}
+
+TEST_CASE("scaling is measured along every axis up to the whole terrain, and what is finished is kept")
+{
+    const test::TempDir dir;
+    report::Scene scene;
+    scene.terrain = test::makeRollingLand(dir, 513);
+    auto context = ig::gl::Context::create({});
+    REQUIRE(context);
+    SilentLog log;
+    const std::string partsDir = dir.file("parts");
+    std::filesystem::create_directories(partsDir);
+    const auto measure = [&](const char* key) {
+        const report::Parts parts(partsDir, true, report::Json{{"run", key}});
+        double share = 0;
+        auto scaling = report::scalingJson(*context, scene, {.terrainPosts = {257, 129}, .frames = 2}, parts,
+                                           log, [&share](double now) {
+                                               CHECK(now >= share);
+                                               share = now;
+                                           });
+        CHECK(share == Approx(1));
+        REQUIRE(scaling);
+        return *scaling;
+    };
+    const report::Json scaling = measure("a");
+    std::vector<std::string> names;
+    for (const report::Json& axis : scaling) {
+        names.push_back(axis["axis"].get<std::string>());
+        INFO(names.back());
+        for (const char* slope : {"total_exponent", "total_ms_per_unit", "cpu_exponent", "cpu_ms_per_unit",
+                                  "select_exponent", "select_ms_per_unit"}) {
+            CHECK(axis[slope].is_number());
+        }
+        double before = 0;
+        for (const report::Json& place : axis["places"]) {
+            CHECK(place["value"].get<double>() > before);
+            before = place["value"].get<double>();
+            CHECK(place["total_ms_p50"].get<double>() > 0);
+            CHECK(place["triangles_p50"].get<double>() > 0);
+        }
+    }
+    CHECK(names == std::vector<std::string>{"triangle budget", "speed, m/s", "picture, million pixels",
+                                            "horizontal field of view, degrees", "views",
+                                            "synthetic terrain, million posts",
+                                            "this terrain, million posts"});
+    const report::Json& sizes = scaling.back()["places"];
+    REQUIRE(sizes.size() == 3); // two crops, and all of it
+    CHECK(sizes[2]["value"].get<double>() == Approx(1e-6 * 513 * 513).epsilon(1e-4));
+    CHECK(sizes[0]["page_slots"] < sizes[1]["page_slots"]);
+    for (const auto& file : std::filesystem::directory_iterator(partsDir)) {
+        CHECK(file.path().extension() == ".json"); // no terrain is left
+    }
+    CHECK(measure("a") == scaling); // taken again, times and all
 }

@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Makes the published reports: the synthetic terrain, with the scaling part, and real terrain where there is some.
+# Makes the published reports: the synthetic terrain, and real terrain where there is some, the first of them with
+# the scaling part: synthetic terrains, and crops of the terrain itself up to all of it.
 # Leaves OUT/NAME/report.html, .json, .csv and .md, and prints the figures as Markdown: machine, settings, what
 # was to be shown and whether it was, recommended settings, scaling.
 #   tools/publish_reports.sh                  synthetic, and Scotland where ../shared/data has it
 #   tools/publish_reports.sh DEM [DEM...]     synthetic, and these rasters as one terrain
 #   tools/publish_reports.sh WORLD.ept        synthetic, and this dataset
-# Environment: OUT (reports), SIZE (synthetic posts a side, 4097), SCALING (posts a side of the terrains that
-# scaling is measured with), METHODS, BUDGETS, ALSO (settings beside METHODS x BUDGETS: bintree without live
+# Environment: OUT (reports), SIZE (synthetic posts a side, 4097), SCALING (posts a side of the terrains and
+# crops that scaling is measured with), METHODS, BUDGETS, ALSO (settings beside METHODS x BUDGETS: bintree without live
 # ranges, and the methods without morph, which pop), FRAMES, REPORT_OPTIONS (more options for eyepoint-report,
 # such as --resume or --passes 7).
 # Settings are compared in turn, so that a busy machine costs certainty and not truth; the frame times
@@ -31,6 +32,7 @@ bin=build/release/bin
 mkdir -p "$out"
 
 failed=0
+scaling=(--scaling "${SCALING:-1025,2049,4097,8193}")
 report() { # NAME DATASET [more options]
   local name=$1 dataset=$2
   shift 2
@@ -51,10 +53,11 @@ if [ ${#sources[@]} -gt 0 ]; then
     dataset=$out/$name.ept
     "$bin/eyepoint-terrain" build "${sources[@]}" -o "$dataset" >&2
   fi
-  report "$name" "$dataset"
+  report "$name" "$dataset" "${scaling[@]}"
+  scaling=()
 fi
 "$bin/eyepoint-terrain" synth -o "$out/synthetic.tif" --size "$size" >&2
 "$bin/eyepoint-terrain" build "$out/synthetic.tif" -o "$out/synthetic.ept" >&2
 rm "$out/synthetic.tif"
-report synthetic "$out/synthetic.ept" --scaling "${SCALING:-1025,2049,4097,8193}"
+report synthetic "$out/synthetic.ept" "${scaling[@]}"
 exit "$failed"

@@ -80,6 +80,9 @@ public:
     // Says what the view lacks and what it may need soon, most urgent first, in place of what it said before.
     // The threads read the former first.
     void request(uint32_t view, std::span<const uint32_t> wanted, std::span<const uint32_t> ahead);
+    // Waits until the threads have finished what was asked for, as much as they hold at a time: what the next
+    // frames take over then follows from the views alone. For measurements; nothing where it has all ended.
+    void waitForLoading() { _loader.waitUntilIdle(); }
     // Waits for what the view lacks and takes it over, as takeOver() otherwise. Returns how many came: more
     // than 0, select again.
     uint32_t loadNow(uint32_t view, std::span<const uint32_t> wanted, FrameStats& stats,
@@ -105,6 +108,8 @@ public:
     // A number that no draw list has had.
     uint64_t nextListNumber() noexcept { return ++_listNumber; }
     uint32_t residentPages() const noexcept { return _slots.residentPages(); }
+    // Of them, those that a view uses or may need soon; 0 where all pages fit. O(slots).
+    uint32_t pagesInUse() const noexcept { return _slots.pagesInUse(data::Claim::ahead); }
     uint32_t damagedPages() const noexcept { return _damagedCount; }
     bool isLoading() const noexcept { return _loader.isRunning(); }
 

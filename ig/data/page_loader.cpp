@@ -165,6 +165,30 @@ void PageLoader::giveBack(LoadedPage* page)
     _work.notify_one();
 }
 
+void PageLoader::waitUntilIdle()
+{
+    std::unique_lock lock(_mutex);
+    _finished.wait(lock, [this] { return _threads.empty() || isIdle(); });
+}
+
+// Nothing is read, and startNext() would find nothing to read: what has no buffer is less urgent than all
+// that has one.
+bool PageLoader::isIdle() const
+{
+    const auto isReading = [](const Job& job) { return job.state == State::reading; };
+    const auto isFree = [](const Job& job) { return job.state == State::free; };
+    if (std::any_of(_jobs.begin(), _jobs.end(), isReading)) {
+        return false;
+    }
+    const auto next = std::find_if(_wishes.begin(), _wishes.end(),
+                                   [](const Wish& w) { return w.job == nullptr && !w.taken; });
+    return next == _wishes.end() ||
+           (std::none_of(_jobs.begin(), _jobs.end(), isFree) &&
+            std::none_of(next, _wishes.end(), [](const Wish& w) {
+                return w.job != nullptr && !w.taken && w.job->state == State::finished;
+            }));
+}
+
 // The most urgent page that nobody reads, if there is a buffer for it.
 PageLoader::Job* PageLoader::startNext()
 {
@@ -208,9 +232,7 @@ void PageLoader::run()
         const bool isWished =
             std::any_of(_wishes.begin(), _wishes.end(), [job](const Wish& wish) { return wish.job == job; });
         job->state = isWished ? State::finished : State::free;
-        if (isWished) {
-            _finished.notify_one();
-        }
+        _finished.notify_one();
     }
 }
 

@@ -73,6 +73,9 @@ public:
     // The most urgent requested page, waited for; nullptr when all have been taken, or at the deadline.
     LoadedPage* waitAndTake(Clock::time_point deadline = Clock::time_point::max());
     void giveBack(LoadedPage* page);
+    // Waits until the threads have nothing left to do: then the most urgent requests are finished, as many as
+    // there are buffers, and which ones does not depend on how long anything took.
+    void waitUntilIdle();
 
     // Ends the threads, after the pages that are being read; what is finished is dropped.
     void stop();
@@ -93,6 +96,7 @@ private:
 
     void run();
     Job* startNext();
+    bool isIdle() const;
     Job* jobFor(uint32_t page);
     void load(Job& job) const;
 
@@ -103,7 +107,7 @@ private:
 
     std::mutex _mutex;                 // of all below but _threads
     std::condition_variable _work;     // for the threads
-    std::condition_variable _finished; // for waitAndTake()
+    std::condition_variable _finished; // for waitAndTake() and waitUntilIdle()
     std::vector<Job> _jobs;
     std::vector<Wish> _wishes; // most urgent first
     std::vector<uint32_t> _orphans;

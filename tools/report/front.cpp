@@ -454,6 +454,9 @@ Json verdictJson(const Json& settings, const Json& front)
     verdict.push_back(countClaim("no pop where the method morphs", settings, "pops"));
     verdict.push_back(countClaim("no crack pixel", settings, "crack_pixels"));
     verdict.push_back(countClaim("no frame above its triangle budget", settings, "over_budget"));
+    verdict.push_back(countClaim("no frame short of page slots", settings, "short_of_slots"));
+    verdict.push_back(
+        countClaim("every timed frame drew what its error was measured of", settings, "runs_that_differ"));
     const Json& rows = front["hybrid_at_equal_error"];
     Json better =
         errorClaim("hybrid has less error than geomip at every budget", settings, "error_max_px", "p50");

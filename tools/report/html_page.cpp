@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tools/report/html_page.h"
 
+#include "tools/report/compare.h"
 #include "tools/report/front.h"
 #include "tools/report/svg_plot.h"
 
@@ -200,7 +201,9 @@ std::string settingsTable(const Json& report)
                                 SummaryCell{"triangles", "triangles", "mean"},
                                 SummaryCell{"evaluated", "vertices_evaluated", "mean"},
                                 SummaryCell{"page-ins", "page_ins", "mean"},
+                                SummaryCell{"tiles missing, max", "tiles_missing", "max"},
                                 SummaryCell{"kB up", "bytes_uploaded", "mean"},
+                                SummaryCell{"kB of lists", "list_bytes", "mean"},
                                 SummaryCell{"pages", "resident_pages", "max"},
                                 SummaryCell{"tau px", "tau_px", "p50"},
                                 SummaryCell{"error max p50", "all_error_max_px", "p50"},
@@ -215,29 +218,33 @@ std::string settingsTable(const Json& report)
                                 SummaryCell{"max", "skyline_max_px", "max"},
                                 SummaryCell{"motion max px", "motion_px", "max"}};
     std::string html = "<div class=\"scroll\"><table><tr><th>setting</th>";
-    for (const char* head : {"broken", "no bound", "pops", "cracks", "over budget"}) {
+    for (const char* head :
+         {"broken", "no bound", "pops", "cracks", "over budget", "short of slots", "drawn otherwise"}) {
         html += fmt::format("<th>{}</th>", head);
     }
-    html += "<th>MiB resident</th><th>ms p50 of a pass</th><th>p99 of a pass</th><th>machine's share</th>";
+    html += "<th>page slots</th><th>MiB resident</th><th>ms p50 of a pass</th><th>p99 of a "
+            "pass</th><th>machine's share</th>";
     for (const SummaryCell& cell : kCells) {
         html += fmt::format("<th>{}</th>", cell.head);
     }
     html += "</tr>\n";
     for (const Json& setting : report["settings"]) {
         html += fmt::format("<tr><td>{}</td>", textOf(setting["name"]));
-        for (const char* count : {"bound_broken", "without_bound", "pops", "crack_pixels", "over_budget"}) {
+        for (const char* count : {"bound_broken", "without_bound", "pops", "crack_pixels", "over_budget",
+                                  "short_of_slots", "runs_that_differ"}) {
             const auto value = setting["counts"][count].get<uint64_t>();
             const bool bad = value > 0 && isPromisedZero(setting, count);
             html += fmt::format("<td class=\"{}\">{}</td>", bad ? "bad" : "", value);
         }
         const Json& timing = setting["timing"];
-        html += fmt::format("<td>{:.0f}</td><td>{}</td><td>{}</td><td>{:.0f} %</td>",
+        html += fmt::format("<td>{}</td><td>{:.0f}</td><td>{}</td><td>{}</td><td>{:.0f} %</td>",
+                            setting["page_slots"].get<uint32_t>(),
                             setting["resident_bytes"].get<double>() / (1 << 20),
                             interval(timing["pass_p50_ms"], "mean"), interval(timing["pass_p99_ms"], "mean"),
                             100 * timing["machine_share"].get<double>());
         for (const SummaryCell& cell : kCells) {
             Json value = summaryOf(setting, cell.column, cell.quantile);
-            if (value.is_number() && std::string_view(cell.column) == "bytes_uploaded") {
+            if (value.is_number() && std::string_view(cell.column).find("bytes") != std::string_view::npos) {
                 value = value.get<double>() * 1e-3;
             }
             html += fmt::format("<td>{}</td>", number(value));
@@ -433,14 +440,13 @@ std::string comparison(const Json& report)
             if (!ratio.is_object()) {
                 continue;
             }
-            const bool better = ratio["high"].is_number() && ratio["high"].get<double>() < 1;
-            const bool worse = ratio["low"].is_number() && ratio["low"].get<double>() > 1;
+            const Change change = changeOf(ratio);
             html +=
                 fmt::format("<tr><td>{}</td><td>{}</td><td class=\"{}\">{}</td><td>{}</td><td>{}</td></tr>\n",
                             textOf(setting["name"]), column,
-                            better  ? "good"
-                            : worse ? "bad"
-                                    : "",
+                            change == Change::better  ? "good"
+                            : change == Change::worse ? "bad"
+                                                      : "",
                             number(ratio["ratio"]), number(ratio["low"]), number(ratio["high"]));
         }
     }
@@ -527,7 +533,12 @@ in between. All settings fly a block of frames in turn, in an order drawn for ea
 to one it does to all; passes along the whole path, with engines made anew, repeat it. A frame's times are those of its
 median pass. The machine's share is by how much the slowest pass of a frame was above its quickest, median of the
 frames. Intervals are of 95 % over the passes, by Student's t, each for itself. Selection, making of index lists, and
-upload (pages read, decoded, made into meshes and handed to GL) are apart. On a driver that defers, most of the drawing
+upload (finished pages
+handed to GL) are apart. Reading, decoding and meshing of pages is other threads' work, waited for between frames, as a
+display gives them time for: it is in the CPU time and in no wall time, and which pages a frame has does not depend on
+the machine. Every setting has as many page slots as its flight needs, unless told otherwise; short of slots is a frame
+that leaves fewer of them free than one plan of the prefetch may fill. Drawn otherwise is a frame for which a timed flight had other triangles, weights
+or tolerance than the flight whose error is measured. On a driver that defers, most of the drawing
 shows in the reading back.</li>
 <li>Geometric error: distance on the screen between a full-resolution post that is inside the frustum and the point of
 the drawn, morphed surface with its grid coordinates, worked out from the draw list and the dataset; hidden posts

@@ -5,8 +5,12 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <optional>
+#include <system_error>
 #include <thread>
+#include <utility>
 
 namespace report {
 
@@ -25,23 +29,42 @@ std::string valueOf(const char* file, const std::string& key)
     return {};
 }
 
+std::optional<double> numberIn(const std::string& file)
+{
+    double number = 0;
+    return std::ifstream(file) >> number ? std::optional(number) : std::nullopt;
+}
+
 } // namespace
 
-EnergyMeter::EnergyMeter() : _file("/sys/class/powercap/intel-rapl:0/energy_uj")
+EnergyMeter::EnergyMeter(const std::string& directory)
 {
-    double microjoules = 0;
-    if (!(std::ifstream(_file) >> microjoules)) {
-        _file.clear();
+    std::error_code error;
+    for (const auto& zone : std::filesystem::directory_iterator(directory, error)) {
+        // Of a package: neither a part of one, such as intel-rapl:0:1, nor the whole machine, psys.
+        const std::string file = zone.path() / "energy_uj";
+        Package package{file, numberIn(zone.path() / "max_energy_range_uj").value_or(0), 0};
+        std::string name;
+        std::ifstream(zone.path() / "name") >> name;
+        const auto microjoules = numberIn(file);
+        if (name.starts_with("package") && microjoules) {
+            package.lastMicrojoules = *microjoules;
+            _packages.push_back(std::move(package));
+        }
     }
 }
 
-double EnergyMeter::joules() const
+double EnergyMeter::joules()
 {
-    double microjoules = 0;
-    if (!_file.empty()) {
-        std::ifstream(_file) >> microjoules;
+    for (Package& package : _packages) {
+        const double now = numberIn(package.file).value_or(package.lastMicrojoules);
+        _microjoules += now - package.lastMicrojoules;
+        if (now < package.lastMicrojoules) {
+            _microjoules += package.rangeMicrojoules;
+        }
+        package.lastMicrojoules = now;
     }
-    return microjoules * 1e-6;
+    return _microjoules * 1e-6;
 }
 
 double loadAverage()
@@ -70,7 +93,7 @@ nlohmann::ordered_json machineJson(const ig::gl::ContextInfo& driver)
         {"memory_gib", std::strtol(valueOf("/proc/meminfo", "MemTotal").c_str(), nullptr, 10) / kKibPerGib},
         {"kernel", std::string(system.sysname) + ' ' + system.release + ' ' + system.machine},
         {"load_at_start", loadAverage()},
-        {"energy", EnergyMeter().isTold() ? "as the processor package counts it (RAPL)"
+        {"energy", EnergyMeter().isTold() ? "as the processor packages count it (RAPL)"
                                           : "not told by this platform (no readable /sys/class/powercap)"},
         {"driver", driver.renderer + " / " + driver.version},
         {"platform", driver.platform},

@@ -109,7 +109,8 @@ int main(int argc, char** argv)
         ->check(ig::app::within(0.0, 1e7));
     app.add_option("--tolerance", options.scene.tolerancePx, "What is finer is not drawn, px")
         ->check(ig::app::within(0.0, 1000.0));
-    app.add_option("--page-slots", options.scene.pageSlots, "Pages held on the GPU")
+    app.add_option("--page-slots", options.pageSlots,
+                   "Pages held on the GPU; without it as many as each setting's flight needs")
         ->check(ig::app::within(16, 16'384));
     app.add_option("--post-block", options.measure.blockPosts,
                    "One post of each block of N x N is measured in every frame")
@@ -131,7 +132,7 @@ int main(int argc, char** argv)
         ->check(CLI::ExistingFile);
     app.add_flag("--no-motion", noMotion, "Leave the error of extrapolation out");
     app.add_option("--scaling", options.scalingSizes,
-                   "Measure scaling, with synthetic terrains of so many posts a side")
+                   "Measure scaling, with synthetic terrains and crops of this one of so many posts a side")
         ->delimiter(',')
         ->check(ig::app::within(129, 16'385));
     app.add_flag("--quiet", options.quiet, "No progress bar");
@@ -161,5 +162,7 @@ int main(int argc, char** argv)
         static_cast<unsigned long long>(outcome->pops), static_cast<unsigned long long>(outcome->overBudget),
         static_cast<unsigned long long>(outcome->crackPixels));
     std::fputs(outcome->verdict.c_str(), stdout);
+    std::fputs(outcome->scaling.c_str(), stdout);
+    std::fputs(outcome->comparison.c_str(), stdout);
     return outcome->keepsBounds() ? 0 : ig::exitCode(ig::ErrorKind::failed);
 }

@@ -130,16 +130,17 @@ std::string scaling(const Json& report)
         return {};
     }
     std::string table =
-        "| scaling of hybrid over | from - to | frame ms | exponent | selection and lists ms | "
-        "exponent |\n|---|---|---|---|---|---|\n";
+        "| scaling of hybrid over | from - to | frame ms | exponent | ms per unit | selection and lists ms | "
+        "exponent | ms per unit |\n|---|---|---|---|---|---|---|---|\n";
     for (const Json& axis : report["scaling"]) {
         const Json& first = axis["places"].front();
         const Json& last = axis["places"].back();
-        table += fmt::format("| {} | {} - {} | {} - {} | {} | {} - {} | {} |\n", text(axis["axis"]),
+        table += fmt::format("| {} | {} - {} | {} - {} | {} | {} | {} - {} | {} | {} |\n", text(axis["axis"]),
                              number(first["value"]), number(last["value"]), number(first["total_ms_p50"]),
                              number(last["total_ms_p50"]), number(axis["total_exponent"]),
-                             number(first["select_ms_p50"]), number(last["select_ms_p50"]),
-                             number(axis["select_exponent"]));
+                             number(axis["total_ms_per_unit"]), number(first["select_ms_p50"]),
+                             number(last["select_ms_p50"]), number(axis["select_exponent"]),
+                             number(axis["select_ms_per_unit"]));
     }
     return table + '\n';
 }
@@ -151,11 +152,11 @@ std::string comparison(const Json& report)
     }
     std::string table =
         fmt::format("| now / before (95 %), {} passes against {} | frame time | CPU | "
-                    "largest error | FLIP |\n|---|---|---|---|---|\n",
+                    "p99 frame time | largest error | FLIP |\n|---|---|---|---|---|---|\n",
                     text(report["measured"]["passes"]), text(report["compare"]["passes_before"]));
     for (const Json& setting : report["compare"]["settings"]) {
         table += fmt::format("| {} |", text(setting["name"]));
-        for (const char* column : {"total_ms", "cpu_ms", "error_max_px", "flip"}) {
+        for (const char* column : {"total_ms", "cpu_ms", "total_ms_p99", "error_max_px", "flip"}) {
             table +=
                 fmt::format(" {} |", setting.contains(column) ? interval(setting[column], "ratio") : "-");
         }

@@ -271,6 +271,8 @@ Result<Json> measureSetting(const gl::Context& context, const Scene& scene, cons
         FrameRecord& frame = frames[i];
         frame.stats = stats;
         frame.residentPages = run->residentPages();
+        frame.pagesInUse = run->pagesInUse();
+        frame.drawn = hashOf(run->drawList());
         frame.boundPx = boundOf(stats.lod);
         frame.tauPx = double{stats.lod.tauPx};
         frameMeter.start(i, run->drawList(), run->rgba());

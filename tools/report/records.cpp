@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tools/report/records.h"
 
+#include "ig/lod/prefetch.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -57,12 +59,6 @@ constexpr std::array kTimeColumns{
                [](const TimedFrame& f) -> Value { return f.energyJ > 0 ? Value(f.energyJ) : std::nullopt; }},
 };
 
-// What tells whether two flights have drawn the same.
-constexpr std::array kDrawnColumns{
-    TimeColumn{"triangles", [](const TimedFrame& f) -> Value { return f.stats.lod.triangles; }},
-    TimeColumn{"tau_px", [](const TimedFrame& f) -> Value { return double{f.stats.lod.tauPx}; }},
-};
-
 constexpr std::array kErrorColumns{
     ErrorColumn{"triangles", [](const FrameRecord& f) -> Value { return f.stats.lod.triangles; }},
     ErrorColumn{"vertices_evaluated",
@@ -74,6 +70,9 @@ constexpr std::array kErrorColumns{
     ErrorColumn{"page_ins", [](const FrameRecord& f) -> Value { return f.stats.pageIns; }},
     ErrorColumn{"bytes_uploaded",
                 [](const FrameRecord& f) -> Value { return static_cast<double>(f.stats.bytesUploaded); }},
+    ErrorColumn{"list_bytes",
+                [](const FrameRecord& f) -> Value { return static_cast<double>(f.stats.listBytes); }},
+    ErrorColumn{"pages_in_use", [](const FrameRecord& f) -> Value { return f.pagesInUse; }},
     ErrorColumn{"resident_pages", [](const FrameRecord& f) -> Value { return f.residentPages; }},
     ErrorColumn{"tau_px", [](const FrameRecord& f) -> Value { return f.tauPx; }},
     ErrorColumn{"bound_px", [](const FrameRecord& f) -> Value { return f.boundPx; }},
@@ -120,6 +119,22 @@ bool breaksBound(const FrameRecord& frame, double boundScale)
 bool isOverBudget(const FrameRecord& frame, const Setting& setting)
 {
     return frame.stats.lod.triangles > setting.budget;
+}
+
+bool isShortOfSlots(const FrameRecord& frame, const Setting& setting)
+{
+    return frame.pagesInUse > 0 && frame.pagesInUse + ig::lod::Prefetch::kMaxMissing > setting.pageSlots;
+}
+
+// Of 64 bits, which JSON's numbers do not hold.
+template <class Frame>
+Json drawnOf(const std::vector<Frame>& frames)
+{
+    Json hashes = Json::array();
+    for (const Frame& frame : frames) {
+        hashes.push_back(fmt::format("{:016x}", frame.drawn));
+    }
+    return hashes;
 }
 
 template <class Frame>
@@ -208,9 +223,7 @@ uint64_t framesThatDiffer(const Json& setting, const std::vector<Json>& flights)
     uint64_t differ = 0;
     for (size_t frame = 0; frame < setting["frames"].get<size_t>(); ++frame) {
         differ += std::any_of(flights.begin(), flights.end(), [&](const Json& flight) {
-            return std::any_of(kDrawnColumns.begin(), kDrawnColumns.end(), [&](const TimeColumn& column) {
-                return flight["by_frame"][column.name][frame] != setting["by_frame"][column.name][frame];
-            });
+            return flight["drawn"][frame] != setting["drawn"][frame];
         });
     }
     return differ;
@@ -256,20 +269,22 @@ Json rounded(double value)
 
 Json settingJson(const Setting& setting, const std::vector<FrameRecord>& frames, double boundScale)
 {
-    Json json{{"name", setting.name()},   {"method", setting.method},   {"budget", setting.budget},
-              {"width", setting.widthPx}, {"height", setting.heightPx}, {"morph", setting.morph},
-              {"frames", frames.size()}};
+    Json json{{"name", setting.name()},   {"method", setting.method},       {"budget", setting.budget},
+              {"width", setting.widthPx}, {"height", setting.heightPx},     {"morph", setting.morph},
+              {"frames", frames.size()},  {"page_slots", setting.pageSlots}};
     uint64_t cracks = 0;
     for (const FrameRecord& frame : frames) {
         cracks += frame.crackPixels;
     }
-    json["counts"] = {{"bound_broken", countIf(frames, [&](auto& f) { return breaksBound(f, boundScale); })},
-                      {"without_bound", countIf(frames, [](auto& f) { return !std::isfinite(f.boundPx); })},
-                      {"over_budget", countIf(frames, [&](auto& f) { return isOverBudget(f, setting); })},
-                      {"pops", countIf(frames, [](auto& f) { return isPop(f); })},
-                      {"crack_pixels", cracks},
-                      {"all_posts_measured", countIf(frames, [](auto& f) { return f.all.has_value(); })},
-                      {"pictures_compared", countIf(frames, [](auto& f) { return f.picture.has_value(); })}};
+    json["counts"] = {
+        {"bound_broken", countIf(frames, [&](auto& f) { return breaksBound(f, boundScale); })},
+        {"without_bound", countIf(frames, [](auto& f) { return !std::isfinite(f.boundPx); })},
+        {"over_budget", countIf(frames, [&](auto& f) { return isOverBudget(f, setting); })},
+        {"short_of_slots", countIf(frames, [&](auto& f) { return isShortOfSlots(f, setting); })},
+        {"pops", countIf(frames, [](auto& f) { return isPop(f); })},
+        {"crack_pixels", cracks},
+        {"all_posts_measured", countIf(frames, [](auto& f) { return f.all.has_value(); })},
+        {"pictures_compared", countIf(frames, [](auto& f) { return f.picture.has_value(); })}};
     Json broken = Json::array();
     for (size_t i = 0; i < frames.size(); ++i) {
         const FrameRecord& frame = frames[i];
@@ -301,6 +316,7 @@ Json settingJson(const Setting& setting, const std::vector<FrameRecord>& frames,
     for (const ErrorColumn& column : kErrorColumns) {
         addColumn(json, column.name, byFrameOf(column, frames));
     }
+    json["drawn"] = drawnOf(frames);
     return json;
 }
 
@@ -311,9 +327,7 @@ Json timedFlightJson(const Setting& setting, const std::vector<TimedFrame>& fram
     for (const TimeColumn& column : kTimeColumns) {
         json["by_frame"][column.name] = byFrameOf(column, frames);
     }
-    for (const TimeColumn& column : kDrawnColumns) {
-        json["by_frame"][column.name] = byFrameOf(column, frames);
-    }
+    json["drawn"] = drawnOf(frames);
     return json;
 }
 

@@ -34,12 +34,16 @@ struct TimedFrame {
     ig::app::FrameStats stats;
     double cpuMs = 0;
     double energyJ = 0; // 0: not known
+    uint64_t drawn = 0; // hashOf() its draw list
 };
 
 // A frame of the flight whose error is measured.
 struct FrameRecord {
     ig::app::FrameStats stats;
     uint32_t residentPages = 0;
+    uint32_t pagesInUse =
+        0;              // of the setting's slots, by the view and what it may need soon; 0: all pages fit
+    uint64_t drawn = 0; // hashOf() its draw list
     double boundPx = 0; // the engine's own; infinite: it has none
     double tauPx = 0;
     SurfaceError sample;
@@ -61,7 +65,8 @@ bool isPop(const FrameRecord& frame) noexcept;
 
 // The setting, its counts, the quantiles of every column and the columns by frame; of the error alone, as
 // long as it has no times. boundScale: a frame breaks the bound where its error is larger than bound times
-// this.
+// this, and is short of slots where those that are not in use hold less than a plan of the
+// prefetch may bring (slotsNeeded() leaves that much): pages push each other out then.
 Json settingJson(const Setting& setting, const std::vector<FrameRecord>& frames, double boundScale);
 
 struct Memory {
@@ -74,7 +79,7 @@ struct Memory {
 // is for.
 bool isPromisedZero(const Json& setting, std::string_view count);
 
-// A timed flight of a setting along the whole path: its columns by frame, and what it has drawn.
+// A timed flight of a setting along the whole path: its columns by frame, and hashes of what it has drawn.
 Json timedFlightJson(const Setting& setting, const std::vector<TimedFrame>& frames, const Memory& memory);
 
 // Puts the times of a setting's flights, one of each pass, into its JSON:
@@ -82,6 +87,9 @@ Json timedFlightJson(const Setting& setting, const std::vector<TimedFrame>& fram
 //   by_pass            wall and CPU time of every frame in every pass
 //   timing             passes; p50 and p99 of the passes' frame times with 95 % intervals; machine_share: by
 //                      how much the slowest pass of a frame was above its quickest, median of the frames
+//   counts             runs_that_differ: frames in which any flight has drawn something else than the one
+//   whose
+//                      errors were measured
 // flights: not empty, of as many frames each as the setting.
 Json withTimes(const Json& setting, const std::vector<Json>& flights);
 

@@ -9,7 +9,10 @@
 #include "tools/report/machine.h"
 #include "tools/report/markdown.h"
 #include "tools/report/motion_part.h"
+#include "tools/report/page_need.h"
+#include "tools/report/parts.h"
 #include "tools/report/scaling_part.h"
+#include "tools/report/tables.h"
 #include "tools/report/timing.h"
 #include "tools/terrain/progress.h"
 
@@ -28,8 +31,6 @@ namespace report {
 using namespace ig;
 
 namespace {
-
-constexpr int kReportFormat = 3; // of report.json and of what --resume takes again
 
 class PrintedLog final : public LogSink {
 public:
@@ -63,6 +64,18 @@ std::vector<Setting> settingsOf(const ReportOptions& options, const std::array<i
     return settings;
 }
 
+// Of all settings, each an object with its name.
+Json namesOf(const ReportOptions& options)
+{
+    Json names = Json::array();
+    for (const auto& size : options.sizes) {
+        for (const Setting& setting : settingsOf(options, size)) {
+            names.push_back({{"name", setting.name()}});
+        }
+    }
+    return names;
+}
+
 std::string hex(uint64_t value)
 {
     return fmt::format("{:016x}", value);
@@ -92,7 +105,7 @@ Json keyOf(const ReportOptions& options, const Path& path, const data::DatasetIn
             {"bound_scale", m.boundScale},
             {"visibility_m", options.scene.visibilityM},
             {"tolerance_px", options.scene.tolerancePx},
-            {"page_slots", options.scene.pageSlots},
+            {"page_slots", options.pageSlots},
             {"page_loads", options.scene.pageLoadsPerFrame}};
 }
 
@@ -102,22 +115,25 @@ public:
     Steps(bool quiet, size_t truths, size_t settings, unsigned passes, bool scaling)
         : _progress(quiet),
           _total(kTruth * static_cast<double>(truths) +
-                 (1 + kTimed * passes) * static_cast<double>(settings) + (scaling ? kScaling : 0))
+                 (1 + kSlots + kTimed * passes) * static_cast<double>(settings) + (scaling ? kScaling : 0))
     {
     }
     Progress pass(size_t settings) { return step(kTimed * static_cast<double>(settings)); }
     Progress truth() { return step(kTruth); }
     Progress setting() { return step(1); }
+    Progress slots() { return step(kSlots); }
     Progress scaling() { return step(kScaling); }
     // What need not be done counts as if it had never been asked for, or the time left would be too short.
     void skipPass(size_t settings) { _total -= kTimed * static_cast<double>(settings); }
     void skipSetting() { _total -= 1; }
+    void skipSlots() { _total -= kSlots; }
     void skipTruth() { _total -= kTruth; }
 
 private:
     static constexpr double kTruth = 1; // in settings' errors
     static constexpr double kTimed = 0.3;
-    static constexpr double kScaling = 4;
+    static constexpr double kSlots = 0.1;
+    static constexpr double kScaling = 15; // with terrains of up to 8193 x 8193 posts
     Progress step(double size)
     {
         const double before = _done;
@@ -161,7 +177,7 @@ Json headJson(const ReportOptions& options, const data::Dataset& dataset, const 
               {"frame_time_ms", options.frameTimeMs},
               {"visibility_m", options.scene.visibilityM},
               {"tolerance_px", options.scene.tolerancePx},
-              {"page_slots", options.scene.pageSlots},
+              {"page_slots", options.pageSlots > 0 ? Json(options.pageSlots) : Json("as each flight needs")},
               {"page_loads_per_frame", options.scene.pageLoadsPerFrame}}}};
 }
 
@@ -195,10 +211,9 @@ std::string verdictText(const Json& verdict)
 class Measuring {
 public:
     Measuring(const ReportOptions& options, const gl::Context& context, const data::Dataset& dataset,
-              const Path& path, const std::string& parts)
+              const Path& path, const Parts& parts)
         : _options(options), _context(context), _dataset(dataset), _path(path), _parts(parts),
-          _key(keyOf(options, path, dataset.info())), _terrain(dataset),
-          _meter(_terrain, options.measure.blockPosts),
+          _terrain(dataset), _meter(_terrain, options.measure.blockPosts),
           _steps(options.quiet, options.sizes.size(),
                  options.sizes.size() * settingsOf(options, options.sizes.front()).size(), options.passes,
                  !options.scalingSizes.empty())
@@ -208,8 +223,13 @@ public:
     // Appends the settings to done.
     Result<void> measure(const std::array<int, 2>& size, Json& done)
     {
-        const std::vector<Setting> settings = settingsOf(_options, size);
+        std::vector<Setting> settings = settingsOf(_options, size);
         const std::vector<ViewState> views = _path.sized(size[0], size[1]);
+        for (Setting& setting : settings) {
+            if (auto provided = provideSlots(setting, views); !provided) {
+                return Unexpected{provided.error()};
+            }
+        }
         std::vector<std::vector<Json>> flights(settings.size()); // by pass
         for (unsigned pass = 0; pass < _options.passes; ++pass) {
             auto flown = time(settings, views, pass);
@@ -238,30 +258,55 @@ public:
     LogSink& log() { return _log; }
 
 private:
+    Result<void> provideSlots(Setting& setting, const std::vector<ViewState>& views)
+    {
+        setting.pageSlots = _options.pageSlots;
+        if (setting.pageSlots > 0) {
+            _steps.skipSlots();
+            return {};
+        }
+        const std::string part = "slots-" + setting.name();
+        if (auto kept = _parts.kept(part)) {
+            setting.pageSlots = kept->get<uint32_t>();
+            _steps.skipSlots();
+            return {};
+        }
+        const auto needed = slotsNeeded(_options.scene, setting, views, _log);
+        if (!needed) {
+            return Unexpected{needed.error()};
+        }
+        setting.pageSlots = *needed;
+        _steps.slots()(1);
+        return _parts.keep(part, *needed);
+    }
+
     Result<std::vector<Json>> time(const std::vector<Setting>& settings, const std::vector<ViewState>& views,
                                    unsigned pass)
     {
         // The settings of a pass are timed together or not at all.
-        Json key = _key;
+        Json names = Json::array();
         for (const Setting& setting : settings) {
-            key["settings"].push_back(setting.name());
+            names.push_back(setting.name());
         }
         const std::string part =
-            fmt::format("{}/pass-{}x{}-{}.json", _parts, views.front().widthPx, views.front().heightPx, pass);
-        if (auto kept = keptFrom(part, key)) {
+            fmt::format("pass-{}x{}-{}", views.front().widthPx, views.front().heightPx, pass);
+        if (auto kept = _parts.kept(part, names)) {
             _steps.skipPass(settings.size());
             return kept->get<std::vector<Json>>();
         }
         auto flown =
             timePass(_context, _options.scene, settings, views, pass, _log, _steps.pass(settings.size()));
-        return flown ? keep(part, std::move(key), *std::move(flown)) : flown;
+        if (!flown) {
+            return flown;
+        }
+        auto written = _parts.keep(part, *flown, names);
+        return written ? std::move(flown) : Unexpected{written.error()};
     }
 
     Result<Json> measureErrors(const Setting& setting, const std::vector<ViewState>& views,
                                std::optional<Truth>& truth)
     {
-        const std::string part = _parts + '/' + setting.name() + ".json";
-        if (auto kept = keptFrom(part, _key)) {
+        if (auto kept = _parts.kept(setting.name())) {
             _steps.skipSetting();
             return *std::move(kept);
         }
@@ -275,35 +320,21 @@ private:
             truth.emplace(*std::move(made));
         }
         MeasureOptions measure = _options.measure;
-        measure.pictureDir = _parts;
+        measure.pictureDir = _parts.directory();
         auto measured = measureSetting(_context, _options.scene, setting, measure, *truth, _meter, _log,
                                        _steps.setting());
-        return measured ? keep(part, _key, *std::move(measured)) : measured;
-    }
-
-    std::optional<Json> keptFrom(const std::string& part, const Json& key) const
-    {
-        if (!_options.resume) {
-            return std::nullopt;
+        if (!measured) {
+            return measured;
         }
-        auto read = readJson(part);
-        const bool isOfTheSame = read && read->contains("key") && (*read)["key"] == key;
-        return isOfTheSame ? std::optional<Json>((*read)["measured"]) : std::nullopt;
-    }
-
-    template <class Measured>
-    static Result<Measured> keep(const std::string& part, Json key, Measured measured)
-    {
-        auto written = app::writeFile(part, Json{{"key", std::move(key)}, {"measured", measured}}.dump());
-        return written ? Result<Measured>(std::move(measured)) : Unexpected{written.error()};
+        auto written = _parts.keep(setting.name(), *measured);
+        return written ? std::move(measured) : Unexpected{written.error()};
     }
 
     const ReportOptions& _options;
     const gl::Context& _context;
     const data::Dataset& _dataset;
     const Path& _path;
-    std::string _parts;
-    Json _key;
+    const Parts& _parts;
     PrintedLog _log;
     FullTerrain _terrain;
     SurfaceMeter _meter;
@@ -316,10 +347,17 @@ Result<void> writeReport(const Json& report, const std::string& directory, const
     if (!page) {
         return Unexpected{page.error()};
     }
-    const std::pair<const char*, std::string> files[] = {{".json", report.dump(1) + '\n'},
-                                                         {".csv", csvOf(report["settings"])},
-                                                         {".md", reportMarkdown(report)},
-                                                         {".html", *std::move(page)}};
+    std::vector<std::pair<const char*, std::string>> files{{".json", report.dump(1) + '\n'},
+                                                           {".csv", csvOf(report["settings"])},
+                                                           {"-settings.csv", settingsCsv(report["settings"])},
+                                                           {".md", reportMarkdown(report)},
+                                                           {".html", *std::move(page)}};
+    if (report.contains("motion")) {
+        files.emplace_back("-motion.csv", motionCsv(report["motion"]));
+    }
+    if (report.contains("scaling")) {
+        files.emplace_back("-scaling.csv", scalingCsv(report["scaling"]));
+    }
     for (const auto& [suffix, text] : files) {
         if (auto written = app::writeFile(directory + "/report" + suffix, text); !written) {
             return written;
@@ -361,12 +399,13 @@ Result<Outcome> runReport(const ReportOptions& options)
     }
     Json json = headJson(options, *dataset, *path, context->info());
     if (!older.is_null()) { // before anything is measured: it must be of the same path
-        json["settings"] = Json::array();
+        json["settings"] = namesOf(options);
         if (auto comparable = compareJson(older, json); !comparable) {
-            return Unexpected{comparable.error()};
+            return fail(comparable.error().kind, options.compareWith + ": " + comparable.error().message);
         }
     }
-    Measuring measuring(options, *context, *dataset, *path, parts);
+    const Parts kept(parts, options.resume, keyOf(options, *path, dataset->info()));
+    Measuring measuring(options, *context, *dataset, *path, kept);
     Json done = Json::array();
     for (const auto& size : options.sizes) {
         if (auto measured = measuring.measure(size, done); !measured) {
@@ -383,7 +422,7 @@ Result<Outcome> runReport(const ReportOptions& options)
         json["motion"] = motionJson(view);
     }
     if (!options.scalingSizes.empty()) {
-        auto scaling = scalingJson(*context, options.scene, {options.scalingSizes, parts}, measuring.log(),
+        auto scaling = scalingJson(*context, options.scene, {options.scalingSizes}, kept, measuring.log(),
                                    measuring.steps().scaling());
         if (!scaling) {
             return Unexpected{scaling.error()};
@@ -399,6 +438,8 @@ Result<Outcome> runReport(const ReportOptions& options)
         std::lround(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     Outcome outcome = outcomeOf(json["settings"]);
     outcome.verdict = verdictText(json["verdict"]);
+    outcome.scaling = json.contains("scaling") ? scalingText(json["scaling"]) : std::string();
+    outcome.comparison = older.is_null() ? std::string() : compareText(json["compare"]);
     json["outcome"] = {{"settings", outcome.settings},
                        {"frames_with_broken_bound", outcome.boundBroken},
                        {"frames_with_a_pop", outcome.pops},

@@ -4,23 +4,27 @@
 
 #include "tools/report/engine_run.h"
 #include "tools/report/measure.h"
+#include "tools/report/parts.h"
 #include "tools/report/records.h"
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
 namespace report {
 
 struct ScalingOptions {
-    std::vector<uint32_t> terrainPosts; // per side, of synthetic terrains that are made for it
-    std::string directory;              // for them, while they are flown over
+    std::vector<uint32_t> terrainPosts; // per side, of the synthetic terrains and crops that are made for it
     int frames = 120;                   // of each flight
 };
 
-// Axes: terrain size, budget, speed, pixels, field of view, views; of each the places and medians of the
-// frame's cost there, and the slopes. Errors: of datasets and renderers.
+// Axes: budget, speed, pixels, field of view, views, over the scene's terrain; size of a synthetic terrain;
+// size of the scene's terrain, cropped about its middle to the same sizes where it is larger, and whole. Of
+// each the places and medians of the frame's cost there, and the slopes: the exponent of the power law that
+// fits best, and what one more unit adds. Every place has as many page slots as its flight needs. A finished
+// place is kept in parts; terrains that are made lie there as long as they are flown over. Errors: of
+// datasets and renderers.
 ig::Result<Json> scalingJson(const ig::gl::Context& context, const Scene& scene,
-                             const ScalingOptions& options, ig::LogSink& log, const Progress& progress);
+                             const ScalingOptions& options, const Parts& parts, ig::LogSink& log,
+                             const Progress& progress);
 
 } // namespace report

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <limits>
 #include <numeric>
+#include <random>
 
 namespace report {
 
@@ -36,6 +37,40 @@ double studentT(size_t degreesOfFreedom)
     constexpr std::array kQuantiles{12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
                                     2.201,  2.179, 2.160, 2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086};
     return kQuantiles[std::min(degreesOfFreedom, kQuantiles.size()) - 1]; // beyond: on the safe side
+}
+
+constexpr size_t kRuns = 20; // of consecutive pairs: neighbouring frames are alike
+
+// Where run `number` of so many pairs begins.
+size_t startOfRun(size_t number, size_t pairs)
+{
+    return number * pairs / kRuns;
+}
+
+struct Pairs {
+    std::vector<double> before, now;
+};
+
+Pairs pairsOf(std::span<const double> before, std::span<const double> now)
+{
+    Pairs pairs;
+    for (size_t i = 0; i < std::min(before.size(), now.size()); ++i) {
+        if (before[i] > 0 && now[i] > 0 && std::isfinite(before[i]) && std::isfinite(now[i])) {
+            pairs.before.push_back(before[i]);
+            pairs.now.push_back(now[i]);
+        }
+    }
+    return pairs;
+}
+
+// Of values that are put into another order. Nearest rank; share within (0, 1], at least one value.
+double quantileOf(std::vector<double>& values, double share)
+{
+    const auto rank =
+        static_cast<std::ptrdiff_t>(std::max(std::ceil(share * static_cast<double>(values.size())), 1.0));
+    const auto at = values.begin() + rank - 1;
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
 }
 
 } // namespace
@@ -100,25 +135,60 @@ Ratio ratioOf(std::span<const double> logs)
 
 Ratio pairedRatio(std::span<const double> before, std::span<const double> now)
 {
-    constexpr size_t kBatches = 20;
-    std::vector<double> logs;
-    for (size_t i = 0; i < std::min(before.size(), now.size()); ++i) {
-        if (before[i] > 0 && now[i] > 0 && std::isfinite(before[i]) && std::isfinite(now[i])) {
-            logs.push_back(std::log(now[i] / before[i]));
+    const Pairs pairs = pairsOf(before, now);
+    const size_t count = pairs.now.size();
+    const auto meanLog = [&pairs](size_t first, size_t last) {
+        double sum = 0;
+        for (size_t i = first; i < last; ++i) {
+            sum += std::log(pairs.now[i] / pairs.before[i]);
+        }
+        return sum / static_cast<double>(last - first);
+    };
+    std::vector<double> means;
+    if (count < kRuns) {
+        means.assign(count > 0 ? 1 : 0, count > 0 ? meanLog(0, count) : 0.0);
+    } else {
+        for (size_t run = 0; run < kRuns; ++run) {
+            means.push_back(meanLog(startOfRun(run, count), startOfRun(run + 1, count)));
         }
     }
-    const size_t batches = logs.size() < kBatches ? std::min<size_t>(logs.size(), 1) : kBatches;
-    std::vector<double> means;
-    for (size_t batch = 0; batch < batches; ++batch) {
-        const size_t first = batch * logs.size() / batches;
-        const size_t last = (batch + 1) * logs.size() / batches;
-        means.push_back(std::accumulate(logs.begin() + static_cast<std::ptrdiff_t>(first),
-                                        logs.begin() + static_cast<std::ptrdiff_t>(last), 0.0) /
-                        static_cast<double>(last - first));
-    }
     Ratio result = ratioOf(means);
-    result.pairs = logs.size();
+    result.pairs = count;
     return result;
+}
+
+Ratio quantileRatio(std::span<const double> before, std::span<const double> now, double share)
+{
+    constexpr size_t kDraws = 1000;
+    constexpr double kTail = 0.025; // on each side of 95 %
+    Pairs pairs = pairsOf(before, now);
+    const size_t count = pairs.now.size();
+    if (count == 0) {
+        return {};
+    }
+    std::vector<double> drawn;
+    if (count >= kRuns) {
+        std::mt19937 random(1); // the same in every run
+        Pairs again;
+        for (size_t draw = 0; draw < kDraws; ++draw) {
+            again.before.clear();
+            again.now.clear();
+            for (size_t i = 0; i < kRuns; ++i) {
+                const size_t run = random() % kRuns;
+                const auto first = static_cast<std::ptrdiff_t>(startOfRun(run, count));
+                const auto last = static_cast<std::ptrdiff_t>(startOfRun(run + 1, count));
+                again.before.insert(again.before.end(), pairs.before.begin() + first,
+                                    pairs.before.begin() + last);
+                again.now.insert(again.now.end(), pairs.now.begin() + first, pairs.now.begin() + last);
+            }
+            drawn.push_back(quantileOf(again.now, share) / quantileOf(again.before, share));
+        }
+    }
+    const double ratio = quantileOf(pairs.now, share) / quantileOf(pairs.before, share);
+    if (drawn.empty()) {
+        return {ratio, 0, std::numeric_limits<double>::infinity(), count};
+    }
+    return {ratio, quantileOf(drawn, kTail), quantileOf(drawn, 1 - kTail), count};
 }
 
 } // namespace report

@@ -41,4 +41,9 @@ inline constexpr const char* kRatioMethod =
     "geometric mean of the frames' ratios; 95 % by Student's t over the means of 20 runs of frames";
 Ratio pairedRatio(std::span<const double> before, std::span<const double> now);
 
+// A quantile (nearest rank) of now over that of before, with the interval that the same 20 runs of pairs give
+// when as many of them are drawn at random again and again, before and now together. Pairs are left out, and
+// the interval is all that is positive, as for pairedRatio().
+Ratio quantileRatio(std::span<const double> before, std::span<const double> now, double share);
+
 } // namespace report

@@ -37,13 +37,13 @@ public:
         return flight;
     }
 
-    void fly(std::span<const ViewState> views, const EnergyMeter& energy)
+    void fly(std::span<const ViewState> views, EnergyMeter& energy)
     {
         const uint64_t before = residentBytes();
         for (const ViewState& view : views) {
             const double joules = energy.joules();
             const EngineRun::Cost cost = _run.frame(view);
-            _frames.push_back({cost.stats, cost.cpuMs, energy.joules() - joules});
+            _frames.push_back({cost.stats, cost.cpuMs, energy.joules() - joules, hashOf(_run.drawList())});
         }
         countMemory(before);
     }
@@ -72,7 +72,7 @@ Result<std::vector<Json>> timePass(const gl::Context& context, const Scene& scen
                                    unsigned pass, LogSink& log, const Progress& progress)
 {
     std::mt19937 random(pass);
-    const EnergyMeter energy;
+    EnergyMeter energy;
     std::vector<Json> flown;
     size_t framesDone = 0;
     for (size_t first = 0; first < settings.size(); first += kMostAtOnce) {
