@@ -2,6 +2,8 @@
 // Image generators over a little land and in a small picture, and what they show.
 #pragma once
 
+#include "hostif/codec.h"
+#include "hostif/protocol.h"
 #include "ig/app/image_generator.h"
 #include "ig/gl/context.h"
 #include "land_grid.h"
@@ -94,6 +96,35 @@ inline std::unique_ptr<ig::app::ImageGenerator> generatorOf(const config::Settin
     REQUIRE(made);
     return *std::move(made);
 }
+
+// The messages of a host's frame: its ownship over the hills at a height, and what else it has to say.
+class HostFrame {
+public:
+    HostFrame(uint32_t number, double altitudeM)
+    {
+        hostif::IgControl control;
+        control.mode = hostif::IgMode::operate;
+        control.hostFrameNumber = 100 + number;
+        control.countsFrames = true;
+        say(control);
+        hostif::EntityControl ownship;
+        ownship.state = hostif::EntityState::active;
+        ownship.latitudeDegOrXM = 57.45 + 1e-4 * number;
+        ownship.longitudeDegOrYM = -4.9;
+        ownship.altitudeOrZM = altitudeM;
+        ownship.pitchDeg = -10;
+        say(hostif::HostMessage(ownship));
+    }
+
+    template <class Message>
+    void say(const Message& message)
+    {
+        append(hostif::Protocol::cigi3, bytes, hostif::ByteOrder::little, message);
+    }
+
+    static constexpr hostif::Address kFrom{.port = 40'000, .ip = {10, 0, 0, 1}};
+    std::vector<std::byte> bytes;
+};
 
 // Hills in a small picture that waits for its pages, and no host.
 struct SmallHills {

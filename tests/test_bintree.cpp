@@ -163,7 +163,7 @@ TEST_CASE("codes round upward by at most an octave's eighth")
 TEST_CASE(
     "triangles listed as in no need of clipping are, wherever the morph has their corners, and are many")
 {
-    size_t inView = 0;
+    size_t unclipped = 0;
     size_t all = 0;
     const auto change = [](ViewState& view, int i) {
         if (i % 4 >= 2) {
@@ -177,20 +177,20 @@ TEST_CASE(
             size_t at = 0;
             size_t outside = 0;
             for (const ig::lod::PageList& pageList : list.lists) {
-                REQUIRE(pageList.inView <= pageList.count);
-                for (uint32_t k = 0; k < pageList.inView; k += 3) {
+                REQUIRE(pageList.unclipped <= pageList.count);
+                for (uint32_t k = 0; k < pageList.unclipped; k += 3) {
                     for (const test::Post& post : triangles[at + k / 3]) {
                         outside += needsNoClipping(view, test::drawnPlace(terrain, post, view.eye.m)) ? 0 : 1;
                     }
                 }
                 at += pageList.count / 3;
-                inView += pageList.inView;
+                unclipped += pageList.unclipped;
             }
             all += list.indices.size();
             REQUIRE(outside == 0);
         });
-    CHECK(4 * inView > all);
-    CHECK(inView < all);
+    CHECK(4 * unclipped > all);
+    CHECK(unclipped < all);
 }
 
 TEST_CASE("the mesh is watertight, covers what is in view once and keeps the budget, from any eye")

@@ -141,6 +141,21 @@ private:
     uint32_t _seed;
 };
 
+// Terrain read through such a source, and what draws it.
+struct UnevenTerrain {
+    UnevenTerrain(const data::Dataset& dataset, const app::TerrainSettings& settings, uint32_t seed)
+        : source(dataset, seed), renderer(nullRenderer(settings)),
+          terrain(dataset, settings, renderer, log, &source), view(terrain, settings.selection, renderer)
+    {
+    }
+
+    const UnevenSource source;
+    CollectedLog log;
+    gl::NullRenderer renderer;
+    app::TerrainResidency terrain;
+    app::TerrainView view;
+};
+
 data::PageHeights heightsOf(const data::Dataset& dataset, uint32_t page)
 {
     data::PageReader reader(dataset);
@@ -401,22 +416,19 @@ TEST_CASE("pages that no picture lacks yet come between frames, or with the next
 TEST_CASE("pictures that wait for their pages are the same in every run, however the disk behaves")
 {
     const test::TempDir dir;
-    const std::string path = makeDataset(dir);
-    const data::Dataset dataset = openDataset(path);
+    const data::Dataset dataset = openDataset(makeDataset(dir));
     struct Drawn {
         std::vector<uint16_t> indices;
         std::vector<uint32_t> pages;
         bool operator==(const Drawn&) const = default;
     };
     const auto fly = [&](uint32_t seed) {
-        const UnevenSource source(dataset, seed);
-        CollectedLog log;
         app::TerrainSettings settings = smallSettings();
         settings.pageSlots = 60; // pages come and go
         settings.waitForPages = true;
-        gl::NullRenderer renderer = nullRenderer(settings);
-        app::TerrainResidency terrain(openDataset(path), settings, renderer, log, &source);
-        app::TerrainView view(terrain, settings.selection, renderer);
+        UnevenTerrain uneven(dataset, settings, seed);
+        app::TerrainResidency& terrain = uneven.terrain;
+        app::TerrainView& view = uneven.view;
         std::vector<Drawn> frames;
         for (int i = 0; i < 30; ++i) {
             app::FrameStats stats;
@@ -437,8 +449,7 @@ TEST_CASE("pictures that wait for their pages are the same in every run, however
 TEST_CASE("where loading is waited for between frames, the same pages come with the same frames in every run")
 {
     const test::TempDir dir;
-    const std::string path = makeDataset(dir);
-    const data::Dataset dataset = openDataset(path);
+    const data::Dataset dataset = openDataset(makeDataset(dir));
     struct Seen {
         std::vector<int32_t> slotOfPage;
         std::vector<uint16_t> indices;
@@ -446,14 +457,12 @@ TEST_CASE("where loading is waited for between frames, the same pages come with 
         bool operator==(const Seen&) const = default;
     };
     const auto fly = [&](uint32_t seed) {
-        const UnevenSource source(dataset, seed);
-        CollectedLog log;
         app::TerrainSettings settings = smallSettings();
         settings.pageSlots = 120; // pages come and go
         settings.pageLoadsPerFrame = 4;
-        gl::NullRenderer renderer = nullRenderer(settings);
-        app::TerrainResidency terrain(openDataset(path), settings, renderer, log, &source);
-        app::TerrainView view(terrain, settings.selection, renderer);
+        UnevenTerrain uneven(dataset, settings, seed);
+        app::TerrainResidency& terrain = uneven.terrain;
+        app::TerrainView& view = uneven.view;
         REQUIRE(view.preload(viewFrom(terrain.info(), 900, 500, 0)));
         std::vector<Seen> frames;
         for (int i = 0; i < 60; ++i) {

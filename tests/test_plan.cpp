@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A plan made anew while a run goes on, by settings and by weather: what is drawn, and what is held, is what
 // a fresh start would draw and hold.
-#include "hostif/codec.h"
-#include "hostif/protocol.h"
 #include "process.h"
 #include "small_hills.h"
 
@@ -96,31 +94,17 @@ struct Flight {
     // orders, 0: that it takes away.
     std::vector<std::byte> frame(std::optional<float> fogM = {}, double afterS = 0.02)
     {
-        std::vector<std::byte> bytes;
-        const auto say = [&bytes](const auto& message) {
-            append(hostif::Protocol::cigi3, bytes, hostif::ByteOrder::little, message);
-        };
-        hostif::IgControl control;
-        control.mode = hostif::IgMode::operate;
-        control.hostFrameNumber = 100 + number;
-        control.countsFrames = true;
-        say(control);
-        hostif::EntityControl ownship;
-        ownship.state = hostif::EntityState::active;
-        ownship.latitudeDegOrXM = 57.45 + 1e-4 * number++;
-        ownship.longitudeDegOrYM = -4.9;
-        ownship.altitudeOrZM = number == 1 ? 5'000 : 900; // both jumps, which tell nothing of a speed
-        ownship.pitchDeg = -10;
-        say(hostif::HostMessage(ownship));
+        HostFrame host(number, number == 0 ? 5'000 : 900); // both jumps, which tell nothing of a speed
+        ++number;
         if (fogM) {
             hostif::WeatherControl fog;
             fog.enabled = *fogM > 0;
             fog.visibilityRangeM = *fogM;
             fog.thicknessM = 5'000;
-            say(hostif::HostMessage(fog));
+            host.say(hostif::HostMessage(fog));
         }
         timeNs += static_cast<int64_t>(afterS * 1e9);
-        if (generator->feed(bytes, {.port = 40'000, .ip = {10, 0, 0, 1}}, timeNs)) {
+        if (generator->feed(host.bytes, HostFrame::kFrom, timeNs)) {
             generator->replayFrame(timeNs);
         }
         return newest;

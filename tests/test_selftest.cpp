@@ -338,7 +338,6 @@ TEST_CASE("a host that asks for heights gets the pictures of one that does not")
     const test::TempDir dir;
     Silent log;
     config::Settings settings = smallPicture(makeDataset(dir, "whole", hills));
-    const hostif::Address host{.port = 40'000, .ip = {10, 0, 0, 1}};
     constexpr uint32_t kFrames = 6;
     const auto fly = [&](bool asks) {
         auto made = ig::app::ImageGenerator::createForReplay(settings, log);
@@ -347,31 +346,16 @@ TEST_CASE("a host that asks for heights gets the pictures of one that does not")
         std::vector<std::byte> newest, pictures;
         generator.addSink("kept", std::make_unique<Kept>(newest));
         for (uint32_t frame = 0; frame < kFrames; ++frame) {
-            std::vector<std::byte> bytes;
-            const auto say = [&bytes](const auto& message) {
-                append(hostif::Protocol::cigi3, bytes, hostif::ByteOrder::little, message);
-            };
-            hostif::IgControl control;
-            control.mode = hostif::IgMode::operate;
-            control.hostFrameNumber = 100 + frame;
-            control.countsFrames = true;
-            say(control);
-            hostif::EntityControl ownship;
-            ownship.state = hostif::EntityState::active;
-            ownship.latitudeDegOrXM = 57.45 + 1e-4 * frame;
-            ownship.longitudeDegOrYM = -4.9;
-            ownship.altitudeOrZM = 900;
-            ownship.pitchDeg = -10;
-            say(hostif::HostMessage(ownship));
+            HostFrame host(frame, 900);
             if (asks) {
                 hostif::HatHotRequest request;
                 request.type = hostif::HatHotType::extended;
                 request.latitudeDegOrXM = 57.47;
                 request.longitudeDegOrYM = -4.95;
-                say(hostif::HostMessage(request));
+                host.say(hostif::HostMessage(request));
             }
             const int64_t timeNs = 1'000'000'000 + frame * 20'000'000LL;
-            if (generator.feed(bytes, host, timeNs)) {
+            if (generator.feed(host.bytes, HostFrame::kFrom, timeNs)) {
                 const bool placed = generator.replayFrame(timeNs).placed;
                 CHECK((frame + 1 < kFrames || placed));
                 pictures.insert(pictures.end(), newest.begin(), newest.end());

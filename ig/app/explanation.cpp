@@ -23,11 +23,9 @@ std::string Explanation::table() const
     return text +
            fmt::format(
                "with the part less without it, the fastest of some frames each: a frame less itself comes to "
-               "{:.3f} ms; depth, control, host, queries, sinks, metrics and log are what their calls take "
-               "of "
-               "a frame, and a copy of a picture less itself comes to {:.3f} ms; pixels: of the first "
-               "picture, "
-               "that it changes\n"
+               "{:.3f} ms; depth, control, host, queries, sinks, metrics and log are what their calls "
+               "take of a frame, and a copy of a picture less itself comes to {:.3f} ms; pixels: of the "
+               "first picture, that it changes\n"
                "the first view looks at {} tiles; the dataset has {} pages\n{}\n",
                noiseMs, callNoiseMs, tilesVisited, tiles, target);
 }

@@ -190,10 +190,10 @@ void TerrainPass::drawTiles(const PageStore& store, std::span<const lod::DrawIte
     if (_morph >= 0)
         glUniform2f(_morph, 0.0F, 0.0F);
     _weighted = true;
-    for (const Part part : {Part::across, Part::inView}) {
+    for (const Part part : {Part::clipped, Part::unclipped}) {
         startPart(part);
         for (const lod::DrawItem& item : items) {
-            if ((item.inView && !_clipsAny) != (part == Part::inView))
+            if ((item.unclipped && !_clipsAny) != (part == Part::unclipped))
                 continue;
             if (_tile >= 0)
                 setWeights(item);
@@ -236,13 +236,14 @@ uint64_t TerrainPass::drawLists(const PageStore& store, const lod::DrawList& lis
         bytes = list.indices.size() * sizeof(uint16_t);
     }
     setMorph(list.morph);
-    for (const Part part : {Part::across, Part::inView}) {
+    for (const Part part : {Part::clipped, Part::unclipped}) {
         startPart(part);
         for (const lod::PageList& pageList : list.lists) {
-            const uint32_t inView = _clipsAny ? 0 : pageList.inView;
+            const uint32_t unclipped = _clipsAny ? 0 : pageList.unclipped;
             const TileIndices::Range range =
-                part == Part::inView ? TileIndices::Range{pageList.first, inView}
-                                     : TileIndices::Range{pageList.first + inView, pageList.count - inView};
+                part == Part::unclipped
+                    ? TileIndices::Range{pageList.first, unclipped}
+                    : TileIndices::Range{pageList.first + unclipped, pageList.count - unclipped};
             if (range.count > 0)
                 add(store, slotOf(pageList.page, slotOfPage), 0, range);
         }
@@ -259,7 +260,7 @@ uint64_t TerrainPass::drawLists(const PageStore& store, const lod::DrawList& lis
 // nearest ground, and what it hides need not be filled. With the viewport's margin it is little.
 void TerrainPass::startPart(Part part) const
 {
-    if (part == Part::inView)
+    if (part == Part::unclipped)
         glEnable(GL_CULL_FACE);
     else
         glDisable(GL_CULL_FACE);

@@ -35,7 +35,7 @@ public:
     uint64_t draw(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage);
 
     // What a frame draws in two turns: what needs no clipping, and before it what may.
-    enum class Part { inView, across };
+    enum class Part { clipped, unclipped };
 
     // Which faces are drawn, and the weights of page lists' vertices: for those who draw lists of their own
     // after begin().

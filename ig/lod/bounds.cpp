@@ -135,8 +135,11 @@ float pictureBoundPx(const ViewState& view, double px) noexcept
 }
 
 Visibility::Visibility(const ViewState& view, const Ellipsoid& ellipsoid, double lowestHeightM) noexcept
-    : _planes(frustumPlanes(view)), _viewport(viewportPlanes(view)), _eye(view.eye.m)
+    : _eye(view.eye.m)
 {
+    const auto frustum = frustumPlanes(view);
+    const auto viewport = viewportPlanes(view);
+    std::copy(viewport.begin(), viewport.end(), std::copy(frustum.begin(), frustum.end(), _planes.begin()));
     const double sink = std::min(lowestHeightM, 0.0);
     const double a = ellipsoid.semiMajorM + sink;
     const double b = ellipsoid.semiMajorM * (1.0 - ellipsoid.flattening) + sink;
@@ -154,13 +157,13 @@ bool Visibility::meetsPlanes(const glm::dvec3& ray, const Reach& reachM, PlaneMa
 {
     const auto reach = [&](const glm::dvec4& plane) { return reachM(glm::dvec3(plane)); };
     const auto distance = [&](const glm::dvec4& plane) { return glm::dot(glm::dvec3(plane), ray) + plane.w; };
-    for (size_t i = 0; i < _planes.size(); ++i) {
+    for (size_t i = 0; i < kOfFrustum; ++i) {
         const auto bit = static_cast<PlaneMask>(1U << i);
         if ((planes & bit) == 0) {
             continue;
         }
-        const bool isSide = i < _viewport.size();
-        const auto outer = static_cast<PlaneMask>(isSide ? 1U << (_planes.size() + i) : 0U);
+        const size_t ofViewport = kOfFrustum + i; // of a side
+        const auto outer = static_cast<PlaneMask>(i < kSides ? 1U << ofViewport : 0U);
         const double atM = distance(_planes[i]);
         const double halfM = reach(_planes[i]);
         if (atM < -halfM) {
@@ -169,7 +172,7 @@ bool Visibility::meetsPlanes(const glm::dvec3& ray, const Reach& reachM, PlaneMa
         // In front of the near plane, what is inside the picture's side is inside the viewport's.
         if (atM > halfM) {
             planes = static_cast<PlaneMask>(planes & ~(bit | outer));
-        } else if ((planes & outer) != 0 && distance(_viewport[i]) > reach(_viewport[i])) {
+        } else if ((planes & outer) != 0 && distance(_planes[ofViewport]) > reach(_planes[ofViewport])) {
             planes = static_cast<PlaneMask>(planes & ~outer);
         }
     }

@@ -76,13 +76,18 @@ public:
     // False when the box is outside the frustum or behind the horizon. Updates the mask.
     bool sees(const TileBox& box, PlaneMask& planes) const noexcept;
 
+    const glm::dvec3& eye() const noexcept { return _eye; }
+    // In the order of the mask's bits: frustumPlanes(), viewportPlanes().
+    const std::array<glm::dvec4, 9>& planes() const noexcept { return _planes; }
+
 private:
+    static constexpr size_t kSides = 4;
+    static constexpr size_t kOfFrustum = 5;
     template <class Reach>
     bool meetsPlanes(const glm::dvec3& ray, const Reach& reachM, PlaneMask& planes) const noexcept;
     bool behindHorizon(const TileBox& box) const noexcept;
 
-    std::array<glm::dvec4, 5> _planes{};
-    std::array<glm::dvec4, 4> _viewport{};
+    std::array<glm::dvec4, 9> _planes{};
     glm::dvec3 _eye{0.0};
     // Space scaled so that the hiding ellipsoid is the unit sphere.
     glm::dvec3 _scale{1.0};

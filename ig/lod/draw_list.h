@@ -19,7 +19,7 @@ struct DrawItem {
     uint8_t stride = 4;               // 4, 2 or 1: posts of the page between vertices of the tile
     uint8_t windowX = 0, windowY = 0; // of the tile within the page, in tiles: < 4 / stride
     uint8_t stitch = 0;               // StitchSide bits
-    bool inView = false;              // wholly: see PageList::inView
+    bool unclipped = false;           // the whole tile: see PageList::unclipped
     float errorPx = 0;                // bound of the tile's projected error
     // Weights of the tile's odd vertices between the middle of the edge that they split (0, where the surface
     // is that of the next coarser tile) and their own place (1): inside, and on the sides in the order of
@@ -40,7 +40,7 @@ struct PageList {
     // The first so many of the indices are of triangles wholly in the viewport (viewportPlanes()) and in
     // front of the near plane. The others may have to be clipped, which a renderer may have to treat
     // otherwise.
-    uint32_t inView = 0;
+    uint32_t unclipped = 0;
 };
 
 // What the vertices of page lists need to find their weight (see bintree.h).

@@ -284,7 +284,7 @@ void GeomipSelector::emit(const TileTree& tree, const TileTree::Look& look, Draw
         }
         // On its way a tile lies between its own surface and its parent's.
         const bool atRest = node.parent < 0 || (item.weight >= 1.0F && isDrawnThrough(item));
-        item.inView = ((atRest ? node : tree[node.parent]).planes & Visibility::kClippingPlanes) == 0;
+        item.unclipped = ((atRest ? node : tree[node.parent]).planes & Visibility::kClippingPlanes) == 0;
         item.errorPx = itemErrorPx(tree, index, item, look);
         out.stats.errorPx = std::max(out.stats.errorPx, item.errorPx);
         out.stats.triangles += static_cast<uint32_t>(

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "ig/lod/page_lists.h"
 
-#include "ig/lod/bounds.h"
 #include "ig/lod/vertex_error.h"
 
 #include <glm/common.hpp>
@@ -41,8 +40,8 @@ PageLists::PageLists(const PageGraph& graph, const VertexTree& tree)
     const size_t windows = size_t{12} * graph.slots() + 4;
     _clusters.reserve(windows * kWindowClusters + graph.slots() * kTopClusters);
     _indices.reserve(_clusters.capacity());
-    _inside.reserve(kTop * kWindowClusters + kTopClusters);
-    _across.reserve(_inside.capacity());
+    _unclipped.reserve(kTop * kWindowClusters + kTopClusters);
+    _clipped.reserve(_unclipped.capacity());
 }
 
 void PageLists::update(std::span<const int32_t> drawn)
@@ -349,16 +348,16 @@ void PageLists::closeCluster()
     _making.cluster = kNone;
 }
 
-PageLists::Planes::Planes(const View& view, const glm::dvec3& middle, unsigned mask) noexcept
+PageLists::Planes::Planes(const Visibility& visibility, const glm::dvec3& middle, unsigned mask) noexcept
 {
     size_t count = 0;
-    for (size_t k = 0; k < view.planes.size(); ++k) {
+    for (size_t k = 0; k < visibility.planes().size(); ++k) {
         if ((mask >> k & 1U) == 0) {
             continue;
         }
-        const glm::dvec4& plane = view.planes[k];
+        const glm::dvec4& plane = visibility.planes()[k];
         const glm::vec3 normal(plane);
-        const double w = glm::dot(glm::dvec3(plane), middle - view.eye) + plane.w;
+        const double w = glm::dot(glm::dvec3(plane), middle - visibility.eye()) + plane.w;
         FourPlanes& four = _four[count / 4];
         const size_t at = count++ % 4;
         four.x[at] = normal.x;
@@ -423,14 +422,14 @@ void PageLists::prefetchClusters(int32_t slot) const noexcept
     }
 }
 
-PageLists::Gathered PageLists::gather(int32_t slot, const View& view, unsigned mask, size_t capacity,
-                                      std::vector<uint16_t>& indices) const
+PageLists::Gathered PageLists::gather(int32_t slot, const Visibility& visibility, Visibility::PlaneMask mask,
+                                      size_t capacity, std::vector<uint16_t>& indices) const
 {
     const glm::dvec3& middle = _graph[slot].box.centre;
-    const Planes frustum(view, middle, mask & Visibility::kFrustumPlanes);
-    const Planes clipping(view, middle, mask & Visibility::kClippingPlanes);
-    _inside.clear();
-    _across.clear();
+    const Planes frustum(visibility, middle, mask & Visibility::kFrustumPlanes);
+    const Planes clipping(visibility, middle, mask & Visibility::kClippingPlanes);
+    _unclipped.clear();
+    _clipped.clear();
     for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
         for (uint32_t at = first; at != kNone;) {
             const Cluster& cluster = _clusters[at];
@@ -439,7 +438,7 @@ PageLists::Gathered PageLists::gather(int32_t slot, const View& view, unsigned m
                 for (size_t byte = 0; byte < cluster.triangles * 3 * sizeof(uint16_t); byte += kLineBytes) {
                     __builtin_prefetch(line + byte);
                 }
-                (clipping.allInside(cluster) ? _inside : _across).push_back(at);
+                (clipping.allInside(cluster) ? _unclipped : _clipped).push_back(at);
             }
             at = cluster.next;
         }
@@ -456,9 +455,9 @@ PageLists::Gathered PageLists::gather(int32_t slot, const View& view, unsigned m
             }
         }
     };
-    append(_inside);
-    gathered.inView = static_cast<uint32_t>(indices.size() - start);
-    append(_across);
+    append(_unclipped);
+    gathered.unclipped = static_cast<uint32_t>(indices.size() - start);
+    append(_clipped);
     return gathered;
 }
 

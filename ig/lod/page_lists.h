@@ -6,6 +6,7 @@
 // is out of view need not be drawn while the lists stay as they are.
 #pragma once
 
+#include "ig/lod/bounds.h"
 #include "ig/lod/vertex_tree.h"
 
 #include <glm/vec3.hpp>
@@ -47,17 +48,13 @@ public:
     void prefetchClusters(int32_t slot) const noexcept;
 
     // Appends the indices of a page's clusters that the frustum meets, first those that need no clipping (see
-    // PageList::inView); what would make more than `capacity` indices is counted and left out. mask: the
-    // planes that the page is not wholly inside of (Visibility::PlaneMask).
-    struct View {
-        glm::dvec3 eye{0.0};
-        std::array<glm::dvec4, 9> planes{}; // frustumPlanes(), viewportPlanes()
-    };
+    // PageList::unclipped); what would make more than `capacity` indices is counted and left out. mask: the
+    // planes that the page is not wholly inside of.
     struct Gathered {
         uint32_t triangles = 0;
-        uint32_t inView = 0; // indices
+        uint32_t unclipped = 0; // indices
     };
-    Gathered gather(int32_t slot, const View& view, unsigned mask, size_t capacity,
+    Gathered gather(int32_t slot, const Visibility& visibility, Visibility::PlaneMask mask, size_t capacity,
                     std::vector<uint16_t>& indices) const;
 
 private:
@@ -114,11 +111,11 @@ private:
         uint32_t cluster = kNone;
         Bounds bounds; // of the cluster so far
     };
-    // Some of a view's planes, seen from a page's middle; the numbers of four stand in one place of each.
+    // Those of a view's planes that a mask has, seen from a page's middle; the numbers of four stand in one
+    // place of each.
     class Planes {
     public:
-        // mask: a bit for each of view.planes.
-        Planes(const View& view, const glm::dvec3& middle, unsigned mask) noexcept;
+        Planes(const Visibility& visibility, const glm::dvec3& middle, unsigned mask) noexcept;
         // Of a cluster's box.
         bool anyBeyond(const Cluster& cluster) const noexcept;
         bool allInside(const Cluster& cluster) const noexcept;
@@ -158,8 +155,8 @@ private:
     std::vector<Page> _pages; // by slot
     std::vector<int32_t> _drawn;
     std::vector<Cluster> _clusters;
-    std::vector<Indices> _indices;                  // of the clusters
-    mutable std::vector<uint32_t> _inside, _across; // scratch of gather()
+    std::vector<Indices> _indices;                      // of the clusters
+    mutable std::vector<uint32_t> _unclipped, _clipped; // scratch of gather()
     uint32_t _freeCluster = kNone;
     uint32_t _made = 0;
     Making _making;

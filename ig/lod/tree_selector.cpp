@@ -168,10 +168,7 @@ void TreeSelector::select(const ViewState& view, DrawList& out)
     }
     _alpha = pixelsPerRadian(view);
     _planes = frustumPlanes(view);
-    const std::array<glm::dvec4, 4> viewport = viewportPlanes(view);
-    _gathering.eye = view.eye.m;
-    std::copy(viewport.begin(), viewport.end(),
-              std::copy(_planes.begin(), _planes.end(), _gathering.planes.begin()));
+    _visibility.emplace(view, _shape.ellipsoid, _pages[0].minHeightM);
     _finestReach = _alpha / std::max<double>(_settings.tolerancePx, kFinestPx);
     const Motion motion = motionTo(view);
     if (!motion.jumped && motion.movedM > 0.0) {
@@ -260,7 +257,7 @@ double TreeSelector::reachByTrial(const Trial& last, const Trial& fits, const Tr
 void TreeSelector::count(const ViewState& view, double guess, DrawList& out)
 {
     StageClock clock;
-    _census.take(view, Visibility(view, _shape.ellipsoid, _pages[0].minHeightM),
+    _census.take(view, *_visibility,
                  {view.frustum.parallel ? kParallelDistanceM : 0.0, heldM(view),
                   _settings.cullVertices ? 0 : kLevelsBeyond},
                  guess, _finestReach, _budget);
@@ -312,11 +309,10 @@ void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& sta
     _wanted.clear();
     _missingPx = 0;
     stats.tilesMissing = 0;
-    const Visibility visibility(view, _shape.ellipsoid, _pages[0].minHeightM);
     const int32_t rootSlot = _graph.root();
     Visit root{rootSlot, _graph[rootSlot].page, -1, Visibility::kAllPlanes, true, true, false, 0.0};
     ++stats.tilesVisited;
-    if (!visibility.sees(_graph[root.slot].box, root.planes)) {
+    if (!_visibility->sees(_graph[root.slot].box, root.planes)) {
         ++stats.tilesCulled;
         return;
     }
@@ -326,13 +322,12 @@ void TreeSelector::visitPages(const ViewState& view, double reach, LodStats& sta
         if (_visits[i].open) {
             _open.push_back(_visits[i].slot);
         }
-        visitBelow(static_cast<int32_t>(i), view, reach, visibility, stats);
+        visitBelow(static_cast<int32_t>(i), view, reach, stats);
     }
 }
 
 // The children of a page that is visited.
-void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double reach,
-                              const Visibility& visibility, LodStats& stats)
+void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double reach, LodStats& stats)
 {
     const Visit parent = _visits[static_cast<size_t>(parentIndex)];
     const PageGraph::Slot& slot = _graph[parent.slot];
@@ -358,7 +353,7 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
             continue;
         }
         planes[q] = parent.planes;
-        looked[q] = visibility.meets(below.centre, ballM, planes[q]);
+        looked[q] = _visibility->meets(below.centre, ballM, planes[q]);
         stats.tilesCulled += looked[q] ? 0 : 1;
         if (looked[q] && resident) {
             _graph.prefetchBox(slot.child[q]);
@@ -369,7 +364,7 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
             continue;
         }
         if (slot.child[q] < 0) {
-            visitMissing(parent, q, view, reach, visibility, stats);
+            visitMissing(parent, q, view, reach, stats);
             continue;
         }
         const PageGraph::Below& below = slot.below[q];
@@ -384,7 +379,7 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
             continue;
         }
         ++stats.tilesVisited;
-        if (visibility.sees(child.box, visit.planes)) {
+        if (_visibility->sees(child.box, visit.planes)) {
             _visits.push_back(visit);
             _graph.prefetchHead(visit.slot);
         } else {
@@ -395,7 +390,7 @@ void TreeSelector::visitBelow(int32_t parentIndex, const ViewState& view, double
 
 // A page that is not resident: what its absence costs, and whether it should be loaded.
 void TreeSelector::visitMissing(const Visit& parent, size_t quadrant, const ViewState& view, double reach,
-                                const Visibility& visibility, LodStats& stats)
+                                LodStats& stats)
 {
     const PageGraph::Slot& above = _graph[parent.slot];
     const int32_t page = above.below[quadrant].page;
@@ -408,7 +403,7 @@ void TreeSelector::visitMissing(const Visit& parent, size_t quadrant, const View
     const double texelPx = _alpha * above.texelM / std::max(distance, shortestDistanceM(view));
     Visibility::PlaneMask planes = parent.planes;
     const bool needed = lacksVertices || texelPx > _settings.texelPx;
-    if (!needed || !visibility.sees(box, planes)) {
+    if (!needed || !_visibility->sees(box, planes)) {
         return;
     }
     ++stats.tilesMissing;
@@ -493,12 +488,12 @@ uint32_t TreeSelector::gatherLists(DrawList& out)
         const Visit& visit = _visits[_order[i].visit];
         const auto first = static_cast<uint32_t>(out.indices.size());
         const PageLists::Gathered gathered =
-            _lists.gather(visit.slot, _gathering, visit.planes, size_t{3} * _budget, out.indices);
+            _lists.gather(visit.slot, *_visibility, visit.planes, size_t{3} * _budget, out.indices);
         triangles += gathered.triangles;
         const auto count = static_cast<uint32_t>(out.indices.size()) - first;
         if (count > 0) {
             out.lists.push_back({static_cast<uint32_t>(visit.page), first, count,
-                                 static_cast<float>(visit.distanceM), gathered.inView});
+                                 static_cast<float>(visit.distanceM), gathered.unclipped});
         }
     }
     return triangles;

@@ -43,6 +43,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -119,10 +120,9 @@ private:
     double heldM(const ViewState& view) const noexcept;
     double cutFor(const ViewState& view, double reach) const noexcept;
     void visitPages(const ViewState& view, double reach, LodStats& stats);
-    void visitBelow(int32_t parent, const ViewState& view, double reach, const Visibility& visibility,
-                    LodStats& stats);
+    void visitBelow(int32_t parent, const ViewState& view, double reach, LodStats& stats);
     void visitMissing(const Visit& parent, size_t quadrant, const ViewState& view, double reach,
-                      const Visibility& visibility, LodStats& stats);
+                      LodStats& stats);
     double missingPx(const Visit& parent, size_t quadrant, const ViewState& view, double distanceM) const;
     double cutPx(const ViewState& view, double px) const;
     void choosePages();
@@ -148,7 +148,7 @@ private:
     double _alpha = 1;
     double _finestReach = 1;
     std::array<glm::dvec4, 5> _planes{};
-    PageLists::View _gathering;
+    std::optional<Visibility> _visibility; // of the view
     // Scratch.
     std::vector<Visit> _visits;
     std::vector<int32_t> _open, _drawn;

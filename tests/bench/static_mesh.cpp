@@ -45,7 +45,7 @@ ig::Result<StaticMesh> StaticMesh::create(const Context& context, const Renderer
 
 void StaticMesh::setTriangles(const ig::lod::DrawList& list, std::span<const int32_t> slotOfPage)
 {
-    std::vector<uint32_t> inView;
+    std::vector<uint32_t> unclipped;
     _scratch.clear();
     const auto append = [](std::vector<uint32_t>& to, uint32_t base, std::span<const uint16_t> indices) {
         for (const uint16_t index : indices)
@@ -55,16 +55,17 @@ void StaticMesh::setTriangles(const ig::lod::DrawList& list, std::span<const int
     for (const ig::lod::DrawItem& item : list.items) {
         const uint32_t base = static_cast<uint32_t>(slotOfPage[item.page]) * kPageVertices + tileCorner(item);
         const TileIndices::Range range = tiles.range(item);
-        append(item.inView ? inView : _scratch, base, tiles.indices().subspan(range.first, range.count));
+        append(item.unclipped ? unclipped : _scratch, base,
+               tiles.indices().subspan(range.first, range.count));
     }
     for (const ig::lod::PageList& pageList : list.lists) {
         const uint32_t base = static_cast<uint32_t>(slotOfPage[pageList.page]) * kPageVertices;
         const auto indices = std::span(list.indices).subspan(pageList.first, pageList.count);
-        append(inView, base, indices.first(pageList.inView));
-        append(_scratch, base, indices.subspan(pageList.inView));
+        append(unclipped, base, indices.first(pageList.unclipped));
+        append(_scratch, base, indices.subspan(pageList.unclipped));
     }
-    _across = static_cast<GLsizei>(_scratch.size());
-    _scratch.insert(_scratch.end(), inView.begin(), inView.end());
+    _clipped = static_cast<GLsizei>(_scratch.size());
+    _scratch.insert(_scratch.end(), unclipped.begin(), unclipped.end());
     _morph = list.morph;
     _count = static_cast<GLsizei>(_scratch.size());
     glBindVertexArray(_vertexArray.name());
@@ -80,11 +81,11 @@ void StaticMesh::draw(const ig::ViewState& view)
     _terrain.setMorph(_morph);
     _store.bindArray(0);
     glBindVertexArray(_vertexArray.name());
-    _terrain.startPart(TerrainPass::Part::across);
-    glDrawElements(GL_TRIANGLES, _across, GL_UNSIGNED_INT, nullptr);
-    _terrain.startPart(TerrainPass::Part::inView);
-    glDrawElements(GL_TRIANGLES, _count - _across, GL_UNSIGNED_INT,
-                   reinterpret_cast<const void*>(static_cast<size_t>(_across) * sizeof(uint32_t)));
+    _terrain.startPart(TerrainPass::Part::clipped);
+    glDrawElements(GL_TRIANGLES, _clipped, GL_UNSIGNED_INT, nullptr);
+    _terrain.startPart(TerrainPass::Part::unclipped);
+    glDrawElements(GL_TRIANGLES, _count - _clipped, GL_UNSIGNED_INT,
+                   reinterpret_cast<const void*>(static_cast<size_t>(_clipped) * sizeof(uint32_t)));
     glBindVertexArray(0);
     _sky.draw(view);
 }

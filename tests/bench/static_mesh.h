@@ -24,7 +24,7 @@ public:
 
     void upload(uint32_t slot, const ig::data::PageMesh& mesh) { _store.upload(slot, mesh); }
 
-    // Makes the index buffer of a draw list's triangles, what is wholly in view last. Outside of what is
+    // Makes the index buffer of a draw list's triangles, what needs no clipping last. Outside of what is
     // timed. Views without a far plane.
     void setTriangles(const ig::lod::DrawList& list, std::span<const int32_t> slotOfPage);
 
@@ -39,7 +39,7 @@ private:
     ig::gl::SkyPass _sky;
     ig::gl::VertexArray _vertexArray;
     ig::gl::Buffer _indices;
-    GLsizei _count = 0, _across = 0;
+    GLsizei _count = 0, _clipped = 0;
     ig::lod::MorphState _morph;
     std::vector<uint32_t> _scratch;
 };

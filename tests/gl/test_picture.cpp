@@ -179,7 +179,7 @@ TEST_CASE("the inside of what need not be clipped is not drawn", "[gl]")
     Stage stage(small());
     stage.renderer().upload(0, makePage(quarters(), 0, 0, 0));
     ig::lod::DrawList list = onePage();
-    list.items.front().inView = true;
+    list.items.front().unclipped = true;
     const Image image =
         stage.draw(viewFrom(above(-200.0), {0.0, -kDown, 0.0}, 1.0, 160, 120), list, std::vector<int32_t>{0});
     CHECK(image.skyPixels() == 160 * 120);

@@ -533,13 +533,12 @@ in between. All settings fly a block of frames in turn, in an order drawn for ea
 to one it does to all; passes along the whole path, with engines made anew, repeat it. A frame's times are those of its
 median pass. The machine's share is by how much the slowest pass of a frame was above its quickest, median of the
 frames. Intervals are of 95 % over the passes, by Student's t, each for itself. Selection, making of index lists, and
-upload (finished pages
-handed to GL) are apart. Reading, decoding and meshing of pages is other threads' work, waited for between frames, as a
-display gives them time for: it is in the CPU time and in no wall time, and which pages a frame has does not depend on
-the machine. Every setting has as many page slots as its flight needs, unless told otherwise; short of slots is a frame
-that leaves fewer of them free than one plan of the prefetch may fill. Drawn otherwise is a frame for which a timed flight had other triangles, weights
-or tolerance than the flight whose error is measured. On a driver that defers, most of the drawing
-shows in the reading back.</li>
+upload (finished pages handed to GL) are apart. Reading, decoding and meshing of pages is other threads' work, waited
+for between frames, as a display gives them time for: it is in the CPU time and in no wall time, and which pages a frame
+has does not depend on the machine. Every setting has as many page slots as its flight needs, unless told otherwise;
+short of slots is a frame that leaves fewer of them free than one plan of the prefetch may fill. Drawn otherwise is a
+frame for which a timed flight had other triangles, weights or tolerance than the flight whose error is measured. On a
+driver that defers, most of the drawing shows in the reading back.</li>
 <li>Geometric error: distance on the screen between a full-resolution post that is inside the frustum and the point of
 the drawn, morphed surface with its grid coordinates, worked out from the draw list and the dataset; hidden posts
 count. The bound is what the engine states for the same frame, a dash where it states none.</li>

@@ -2,6 +2,7 @@
 #include "tools/report/markdown.h"
 
 #include "tools/report/front.h"
+#include "tools/report/tables.h"
 
 #include <fmt/format.h>
 
@@ -16,18 +17,10 @@ std::string text(const Json& value)
     return value.is_string() ? value.get<std::string>() : value.dump();
 }
 
-std::string number(const Json& value)
-{
-    if (!value.is_number()) {
-        return "-";
-    }
-    const auto plain = value.get<double>();
-    return plain >= 1000 && plain < 1e6 ? fmt::format("{:.0f}", plain) : fmt::format("{:.3g}", plain);
-}
-
 std::string interval(const Json& ratio, const char* middle)
 {
-    return fmt::format("{} ({} - {})", number(ratio[middle]), number(ratio["low"]), number(ratio["high"]));
+    return fmt::format("{} ({} - {})", numberText(ratio[middle]), numberText(ratio["low"]),
+                       numberText(ratio["high"]));
 }
 
 std::string head(const Json& report)
@@ -39,7 +32,7 @@ std::string head(const Json& report)
                        text(report["terrain"]["rows"]), text(report["path"]["name"]),
                        text(report["path"]["frames"]), text(machine["processor"]), text(machine["threads"]),
                        text(machine["memory_gib"]), text(machine["driver"]), text(machine["eyepoint"]),
-                       text(report["date"]), number(machine["load_at_start"]),
+                       text(report["date"]), numberText(machine["load_at_start"]),
                        text(report["measured"]["passes"]), text(report["seconds"]));
 }
 
@@ -70,7 +63,7 @@ std::string settingsTable(const Json& settings)
                              interval(timing["pass_p50_ms"], "mean"), interval(timing["pass_p99_ms"], "mean"),
                              100 * timing["machine_share"].get<double>());
         for (const SummaryCell& cell : kCells) {
-            table += fmt::format(" {} |", number(summaryOf(setting, cell.column, cell.quantile)));
+            table += fmt::format(" {} |", numberText(summaryOf(setting, cell.column, cell.quantile)));
         }
         table += '\n';
     }
@@ -117,10 +110,10 @@ std::string recommended(const Json& front)
             "{} x {}: `terrain.method = \"{}\"`, `terrain.triangle_budget = {}` (p99 {} ms, of a "
             "pass {}; largest error {} px)\n",
             text(best["width"]), text(best["height"]), text(best["method"]), text(best["budget"]),
-            number(best["p99_ms"]), interval(best["pass_p99_ms"], "mean"), number(best["error_px"]));
+            numberText(best["p99_ms"]), interval(best["pass_p99_ms"], "mean"), numberText(best["error_px"]));
     }
     return fmt::format("\nRecommended here for a p99 frame time within {} ms: {}\n{}\n\n",
-                       number(front["frame_time_ms"]), lines.empty() ? "none of these fits.\n" : lines,
+                       numberText(front["frame_time_ms"]), lines.empty() ? "none of these fits.\n" : lines,
                        kRecommendedBy);
 }
 
@@ -136,11 +129,11 @@ std::string scaling(const Json& report)
         const Json& first = axis["places"].front();
         const Json& last = axis["places"].back();
         table += fmt::format("| {} | {} - {} | {} - {} | {} | {} | {} - {} | {} | {} |\n", text(axis["axis"]),
-                             number(first["value"]), number(last["value"]), number(first["total_ms_p50"]),
-                             number(last["total_ms_p50"]), number(axis["total_exponent"]),
-                             number(axis["total_ms_per_unit"]), number(first["select_ms_p50"]),
-                             number(last["select_ms_p50"]), number(axis["select_exponent"]),
-                             number(axis["select_ms_per_unit"]));
+                             numberText(first["value"]), numberText(last["value"]),
+                             numberText(first["total_ms_p50"]), numberText(last["total_ms_p50"]),
+                             numberText(axis["total_exponent"]), numberText(axis["total_ms_per_unit"]),
+                             numberText(first["select_ms_p50"]), numberText(last["select_ms_p50"]),
+                             numberText(axis["select_exponent"]), numberText(axis["select_ms_per_unit"]));
     }
     return table + '\n';
 }

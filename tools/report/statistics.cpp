@@ -63,12 +63,16 @@ Pairs pairsOf(std::span<const double> before, std::span<const double> now)
     return pairs;
 }
 
-// Of values that are put into another order. Nearest rank; share within (0, 1], at least one value.
+// Where a quantile (nearest rank) stands among so many sorted values, at least one; share within (0, 1].
+size_t placeOf(double share, size_t count)
+{
+    return static_cast<size_t>(std::max(std::ceil(share * static_cast<double>(count)), 1.0)) - 1;
+}
+
+// Of values that are put into another order.
 double quantileOf(std::vector<double>& values, double share)
 {
-    const auto rank =
-        static_cast<std::ptrdiff_t>(std::max(std::ceil(share * static_cast<double>(values.size())), 1.0));
-    const auto at = values.begin() + rank - 1;
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(placeOf(share, values.size()));
     std::nth_element(values.begin(), at, values.end());
     return *at;
 }
@@ -86,9 +90,7 @@ Quantiles quantilesOf(std::span<const double> values)
         return {};
     }
     const double count = static_cast<double>(sorted.size());
-    const auto at = [&](double share) {
-        return sorted[static_cast<size_t>(std::max(std::ceil(share * count), 1.0)) - 1];
-    };
+    const auto at = [&](double share) { return sorted[placeOf(share, sorted.size())]; };
     return {at(0.5), at(0.95), at(0.99), sorted.back(),
             std::accumulate(sorted.begin(), sorted.end(), 0.0) / count};
 }

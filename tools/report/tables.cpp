@@ -58,7 +58,9 @@ void flatten(const Json& object, const std::string& prefix, Json& row)
     }
 }
 
-std::string number(const Json& value)
+} // namespace
+
+std::string numberText(const Json& value)
 {
     if (!value.is_number()) {
         return "-";
@@ -66,8 +68,6 @@ std::string number(const Json& value)
     const auto plain = value.get<double>();
     return plain >= 1000 && plain < 1e6 ? fmt::format("{:.0f}", plain) : fmt::format("{:.3g}", plain);
 }
-
-} // namespace
 
 std::string settingsCsv(const Json& settings)
 {
@@ -109,11 +109,11 @@ std::string scalingText(const Json& axes)
         }
         const auto part = [&](const char* what, const char* cost, const char* exponent, const char* perUnit) {
             return fmt::format("{} {} - {} ms, exponent {}, {} ms per unit", what,
-                               number(places.front()[cost]), number(places.back()[cost]),
-                               number(axis[exponent]), number(axis[perUnit]));
+                               numberText(places.front()[cost]), numberText(places.back()[cost]),
+                               numberText(axis[exponent]), numberText(axis[perUnit]));
         };
         text += fmt::format("scaling     {} {} - {}: {}; {}\n", axis["axis"].get<std::string>(),
-                            number(places.front()["value"]), number(places.back()["value"]),
+                            numberText(places.front()["value"]), numberText(places.back()["value"]),
                             part("frame", "total_ms_p50", "total_exponent", "total_ms_per_unit"),
                             part("selection", "select_ms_p50", "select_exponent", "select_ms_per_unit"));
     }

@@ -16,6 +16,9 @@ std::string scalingCsv(const Json& axes);
 // Of every link that was varied, flight and integrator the errors.
 std::string motionCsv(const Json& motion);
 
+// A number as tables for reading have it: three digits, all of them from 1,000 on; "-" for none.
+std::string numberText(const Json& value);
+
 // Scaling for the console: of each axis the frame's cost at its ends, and the slopes.
 std::string scalingText(const Json& axes);
 
