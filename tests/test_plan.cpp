@@ -4,8 +4,10 @@
 #include "process.h"
 #include "small_hills.h"
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 using namespace test;
 
@@ -142,6 +144,90 @@ TEST_CASE_METHOD(SmallHills, "new settings and then the old ones give a run all 
         REQUIRE(generator->apply(settings));
         checkSame(look(*generator, 20), before);
     }
+}
+
+TEST_CASE_METHOD(SmallHills, "pictures go on as they are until the pages of new settings are there")
+{
+    if (!hasDriver()) {
+        return;
+    }
+    settings.terrain.waitForPages = false;
+    settings.terrain.pageLoadsPerFrame = 1;
+    const auto fresh = [this](const config::Settings& from) {
+        const auto generator = generatorOf(from, log);
+        return look(*generator);
+    };
+    const Seen before = fresh(settings);
+    for (const Turn& turn : turns()) {
+        if (!turn.newPages) {
+            continue;
+        }
+        INFO(turn.name);
+        config::Settings turned = settings;
+        turn.make(turned);
+        turned.terrain.triangleBudget = 1'000; // which tells how it was come by
+        const Seen wanted = fresh(turned);
+        REQUIRE((wanted.picture != before.picture));
+        const auto generator = generatorOf(settings, log);
+        std::vector<std::byte> picture;
+        generator->addSink("newest", std::make_unique<Kept>(picture));
+        REQUIRE(generator->apply(turned));
+        uint64_t old = 0;
+        const auto frame = [&] {
+            generator->frame(1'000'000'000 + static_cast<int64_t>(old) * 16'666'667, old);
+            std::this_thread::sleep_for(std::chrono::milliseconds(2)); // in which pages are read
+        };
+        for (; generator->plan() == before.plan && old < 1'000; ++old) {
+            frame();
+            REQUIRE((picture == before.picture));
+            CHECK(generator->summary(0).triangleBudget == settings.terrain.triangleBudget);
+            generator->prepare(0);
+        }
+        CHECK(old > 2); // one page a frame
+        REQUIRE((generator->plan() == wanted.plan));
+        frame(); // and the first one has all of it
+        CHECK((picture == wanted.picture));
+        CHECK(generator->summary(0).triangleBudget == 1'000);
+        CHECK(generator->summary(0).gpuBytes == wanted.gpuBytes);
+    }
+}
+
+TEST_CASE_METHOD(SmallHills, "of settings whose pages are on their way only the newest come into force")
+{
+    if (!hasDriver()) {
+        return;
+    }
+    settings.terrain.waitForPages = false;
+    const auto generator = generatorOf(settings, log);
+    const ig::app::Plan before = generator->plan();
+    const auto go = [&](uint64_t slot) {
+        for (const uint64_t end = slot + 200; slot < end; ++slot) {
+            generator->frame(1'000'000'000 + static_cast<int64_t>(slot) * 16'666'667, slot);
+            generator->prepare(0);
+        }
+    };
+    config::Settings slopes = settings;
+    slopes.shading.tint = "slope";
+    config::Settings evening = settings;
+    evening.shading.sunElevationDeg = 5;
+    REQUIRE(generator->apply(slopes));
+    REQUIRE(generator->apply(settings));
+    go(0);
+    CHECK((generator->plan() == before));
+    REQUIRE(generator->apply(slopes));
+    REQUIRE(generator->apply(evening));
+    go(200);
+    CHECK(generator->plan().terrain.shading.sunElevationRad == Approx(5 * ig::kRadPerDeg));
+    CHECK(generator->plan().terrain.shading.tint == ig::data::ShadingSettings::Tint::hypsometric);
+    REQUIRE(generator->apply(slopes));
+    { // in place, as a disk does it: what is refused leaves on its way what was
+        std::fstream file(settings.terrain.file, std::ios::in | std::ios::out | std::ios::binary);
+        file.seekp(512);
+        file << std::string(4'096, 'x');
+    }
+    REQUIRE_FALSE(generator->apply(settings));
+    go(400);
+    CHECK((generator->plan().terrain.shading.tint == ig::data::ShadingSettings::Tint::slope));
 }
 
 TEST_CASE_METHOD(SmallHills,
@@ -297,8 +383,8 @@ TEST_CASE(
     configure(30, 0, "visibility_m = 0\ntint = \"slope\"\n");
     process.signal(SIGHUP);
     REQUIRE(waitForText(err, "event=reloaded keys_changed=2", 60));
-    CHECK_THAT(readFile(err), Catch::Contains("event=plan haze=no morph=yes textures=yes"));
     CHECK_THAT(readFile(err), Catch::Contains("key=shading.tint applied=yes"));
+    REQUIRE(waitForText(err, "event=plan haze=no morph=yes textures=yes", 60));
     configure(10, 60, "visibility_m = 3000\n"); // 60 ms of 100, but not of the 33 that stay
     process.signal(SIGHUP);
     CHECK(waitForText(err, "event=reload_refused reason=\"terrain.frame_time_ms is 60", 60));

@@ -39,6 +39,36 @@ Result<void> Drawing::warmUp(size_t view, const ViewState& state)
     return {};
 }
 
+Result<void> Drawing::begin(std::span<const ViewState> states)
+{
+    for (size_t i = 0; i < _views.size(); ++i) {
+        _renderer->setPicture(i);
+        if (auto begun = _views[i]->begin(states[i]); !begun) {
+            return begun;
+        }
+    }
+    _renderer->finish();
+    return {};
+}
+
+bool Drawing::loadSome(std::span<const ViewState> states)
+{
+    FrameStats unused;
+    _terrain.takeOver(unused);
+    bool complete = true;
+    for (size_t i = 0; i < _views.size(); ++i) {
+        complete = _views[i]->loadSome(states[i]) && complete;
+    }
+    return complete;
+}
+
+void Drawing::forget()
+{
+    for (const auto& view : _views) {
+        view->forget();
+    }
+}
+
 void Drawing::drawUnseen(size_t view, const ViewState& state)
 {
     FrameStats unused;

@@ -15,6 +15,7 @@
 #include "ig/gl/renderer.h"
 
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace ig::app {
@@ -30,6 +31,13 @@ public:
 
     // Loads what a view needs and draws it for nobody (drawUnseen). Error: as TerrainView::preload.
     Result<void> warmUp(size_t view, const ViewState& state);
+    // The same while another drawing goes on, a little in each slot of the schedule. begin(), for each view,
+    // takes the time of compiling and of the root page. loadSome() takes over at most the pages of a frame
+    // and returns whether all views have what they need; forget() then makes the next pictures those of a
+    // start. states: of all views. Error: as warmUp().
+    Result<void> begin(std::span<const ViewState> states);
+    bool loadSome(std::span<const ViewState> states);
+    void forget();
     // Drivers compile at the first draw, and a selection knows from the second view on how fast the eye is.
     void drawUnseen(size_t view, const ViewState& state);
 

@@ -6,6 +6,7 @@
 #include "ig/gl/driver_memory.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 namespace ig::app {
@@ -193,6 +194,9 @@ void ImageGenerator::prepare(int64_t nextStartNs)
     for (const auto& channel : _channels) {
         channel->askForPages();
     }
+    if (_coming) {
+        goOnLoading();
+    }
 }
 
 // A slot's frames as one.
@@ -244,9 +248,20 @@ Result<void> ImageGenerator::apply(const config::Settings& settings)
     if (_host.replays()) {
         wanted = steadied(wanted);
     }
-    if (auto drawn = drawWith(planFor(wanted, _dataset, _world.environment().dimsByOrder())); !drawn) {
+    const Plan plan = planFor(wanted, _dataset, _world.environment().dimsByOrder());
+    if (!plan.terrain.waitForPages && !samePages(plan, _drawing->plan())) {
+        return loadFor(wanted, plan);
+    }
+    if (auto drawn = drawWith(plan); !drawn) {
         return drawn;
     }
+    _coming.reset(); // what was on its way is not wanted any more
+    takeOver(wanted);
+    return {};
+}
+
+void ImageGenerator::takeOver(const config::Settings& wanted)
+{
     _weatherRefused = false;
     _settings = wanted;
     _world.environment().setDefaultVisibility(_settings.shading.visibilityM);
@@ -254,7 +269,49 @@ Result<void> ImageGenerator::apply(const config::Settings& settings)
     for (size_t i = 0; i < _channels.size(); ++i) {
         _channels[i]->apply(_settings, views[i]);
     }
+}
+
+// A plan with other pages: their buffers, programs and root now, so that what can fail has failed.
+Result<void> ImageGenerator::loadFor(const config::Settings& settings, const Plan& plan)
+{
+    const int64_t startNs = steadyNs();
+    auto next = Drawing::make(_context, _dataset, plan, _log);
+    if (!next) {
+        return Unexpected{next.error()};
+    }
+    if (auto begun = (*next)->begin(viewsWith(plan)); !begun) {
+        return begun;
+    }
+    _coming.emplace(Coming{settings, *std::move(next), startNs});
     return {};
+}
+
+// One slot's share. Its pictures begin like those of a fresh start: selected once before they are shown, as
+// there, but with what takes longest in slots of its own.
+void ImageGenerator::goOnLoading()
+{
+    const bool late = steadyNs() - _coming->startNs > std::chrono::nanoseconds(TerrainView::kPreload).count();
+    const bool has = _coming->drawing->loadSome(viewsWith(_coming->drawing->plan()));
+    if (!_coming->complete && (has || late)) {
+        _coming->complete = true;
+        _coming->drawing->forget();
+    } else if (_coming->complete) {
+        Coming come = *std::move(_coming);
+        _coming.reset();
+        showFrom(std::move(come.drawing));
+        takeOver(come.settings);
+        tellPlan(false, come.startNs);
+    }
+}
+
+// What is drawn with this plan until the host says something else, of each view.
+std::vector<ViewState> ImageGenerator::viewsWith(const Plan& plan) const
+{
+    std::vector<ViewState> views;
+    for (const auto& channel : _channels) {
+        views.push_back(channel->viewWith(plan));
+    }
+    return views;
 }
 
 Result<void> ImageGenerator::drawWith(const Plan& plan)
@@ -272,6 +329,13 @@ Result<void> ImageGenerator::drawWith(const Plan& plan)
     if (compiles) {
         gl::releaseCompilerCode();
     }
+    tellPlan(pagesStay, startNs);
+    return {};
+}
+
+void ImageGenerator::tellPlan(bool pagesStay, int64_t startNs)
+{
+    const Plan& plan = _drawing->plan();
     const auto name = [](bool has) { return has ? "yes" : "no"; };
     _log.write(LogLevel::info, logLine("plan", {{"haze", name(plan.hasHaze())},
                                                 {"morph", name(plan.renderer.morph != gl::Morph::none)},
@@ -279,7 +343,6 @@ Result<void> ImageGenerator::drawWith(const Plan& plan)
                                                 {"page_slots", std::to_string(plan.terrain.pageSlots)},
                                                 {"pages", pagesStay ? "kept" : "made anew"},
                                                 {"ms", std::to_string((steadyNs() - startNs) / 1'000'000)}}));
-    return {};
 }
 
 Result<void> ImageGenerator::changeDrawing(const Plan& plan)
@@ -294,7 +357,6 @@ Result<void> ImageGenerator::changeDrawing(const Plan& plan)
     return {};
 }
 
-// What was there goes when nobody draws with it any more.
 Result<void> ImageGenerator::replaceDrawing(const Plan& plan)
 {
     auto next = Drawing::make(_context, _dataset, plan, _log);
@@ -306,11 +368,17 @@ Result<void> ImageGenerator::replaceDrawing(const Plan& plan)
             return warm;
         }
     }
-    for (const auto& channel : _channels) {
-        channel->drawWith(**next);
-    }
-    _drawing = *std::move(next);
+    showFrom(*std::move(next));
     return {};
+}
+
+// What was there goes when nobody draws with it any more.
+void ImageGenerator::showFrom(std::unique_ptr<Drawing> drawing)
+{
+    for (const auto& channel : _channels) {
+        channel->drawWith(*drawing);
+    }
+    _drawing = std::move(drawing);
 }
 
 // Weather that dims the view takes haze where the settings have none: in the frame that it is ordered in, so

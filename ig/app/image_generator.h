@@ -26,6 +26,7 @@
 #include "ig/scene/world.h"
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,14 +44,14 @@ public:
     static Result<std::unique_ptr<ImageGenerator>> createForReplay(const config::Settings& settings,
                                                                    LogSink& log);
 
-    // What is drawn with, now.
+    // What is drawn with, now: not yet what apply() is loading pages for.
     const Plan& plan() const noexcept { return _drawing->plan(); }
 
     // Makes the frames of one slot of the schedule: one of each view whose turn it is, in the order of the
     // settings. startNs: when it starts, steady clock. The span is good until the next call.
     std::span<const FrameStats> frame(int64_t startNs, uint64_t slot);
     // After a slot's frames, in the time until the next slot that has some (steady clock): takes over loaded
-    // pages and asks for others.
+    // pages and asks for others, those of settings on their way, too.
     void prepare(int64_t nextStartNs);
 
     // Of the schedule: the highest rate of a view.
@@ -68,9 +69,10 @@ public:
     void addSink(std::string name, std::unique_ptr<out::FrameSink> sink);
 
     // Takes over what may change while running (config::applyLive), between two frames, and makes the plan
-    // anew: what the new one needs is made before what the old one had is dropped. Takes the time of some
-    // frames where pages are made anew, and memory for both. Errors (graphics, dataset): the new plan cannot
-    // be made; all stays as it was.
+    // anew. Where that needs other pages, pictures go on as they are while prepare() loads them, for
+    // TerrainView::kPreload at most, and the settings come into force together when they are there; until
+    // then there is memory for both. Runs that wait for their pages wait for these. Errors (graphics,
+    // dataset): the new plan cannot be made; all stays as it was.
     Result<void> apply(const config::Settings& settings);
 
     // Slots that no view had a frame in, up to the newest frame.
@@ -98,9 +100,23 @@ private:
     Result<void> begin();
     static Result<std::unique_ptr<ImageGenerator>> create(const config::Settings& settings, LogSink& log,
                                                           HostLink host);
+    // Settings that wait for the pages of their plan.
+    struct Coming {
+        config::Settings settings;
+        std::unique_ptr<Drawing> drawing;
+        int64_t startNs = 0;   // steady clock
+        bool complete = false; // its views have had all that they need
+    };
+
     Result<void> drawWith(const Plan& plan);
     Result<void> changeDrawing(const Plan& plan);
     Result<void> replaceDrawing(const Plan& plan);
+    Result<void> loadFor(const config::Settings& settings, const Plan& plan);
+    void goOnLoading();
+    std::vector<ViewState> viewsWith(const Plan& plan) const;
+    void showFrom(std::unique_ptr<Drawing> drawing);
+    void takeOver(const config::Settings& settings);
+    void tellPlan(bool pagesStay, int64_t startNs);
     void followWeather(double nowS);
     double displayTimeS(double nowS) const;
     FrameStats together(int64_t hostNs, int64_t frameNs) const;
@@ -112,6 +128,7 @@ private:
     gl::Context _context;
     data::Dataset _dataset;
     std::unique_ptr<Drawing> _drawing;
+    std::optional<Coming> _coming;
     std::unique_ptr<data::HeightQuery> _ground;
     scene::World _world;
     double _rateHz = 0;

@@ -34,6 +34,19 @@ TerrainView::~TerrainView()
 
 Result<void> TerrainView::preload(const ViewState& view)
 {
+    if (auto begun = begin(view); !begun) {
+        return begun;
+    }
+    FrameStats unused;
+    complete(view, unused,
+             _terrain.waitsForPages() ? TerrainResidency::kForever
+                                      : data::PageLoader::Clock::now() + kPreload);
+    forget(); // and the first frame says what to load beside it
+    return {};
+}
+
+Result<void> TerrainView::begin(const ViewState& view)
+{
     FrameStats unused;
     constexpr uint32_t kRoot = 0;
     if (_terrain.slotOfPage()[kRoot] < 0) {
@@ -47,11 +60,18 @@ Result<void> TerrainView::preload(const ViewState& view)
     // The root alone makes the driver compile; its compiler leaves before the pages take their memory.
     _renderer.draw(view, _list, _terrain.slotOfPage());
     gl::releaseCompilerCode();
-    complete(view, unused,
-             _terrain.waitsForPages() ? TerrainResidency::kForever
-                                      : data::PageLoader::Clock::now() + kPreload);
-    forget(); // and the first frame says what to load beside it
+    _asks = true;
     return {};
+}
+
+bool TerrainView::loadSome(const ViewState& view)
+{
+    if (!holds(view)) {
+        select(view);
+        _asks = true;
+    }
+    askForPages();
+    return _list.wantedPages.empty();
 }
 
 void TerrainView::forget()

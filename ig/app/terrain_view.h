@@ -22,6 +22,12 @@ public:
     // terrain waits for pages. What it chose while they came is forgotten: the first picture is the same
     // whichever way they came. Error (dataset): the root page is damaged, nothing can be drawn.
     Result<void> preload(const ViewState& view);
+    // The same beside another view's frames: begin(), which needs the root page alone, then loadSome() once a
+    // frame until it says that nothing is lacking that can be had, then forget(). Error: as preload().
+    Result<void> begin(const ViewState& view);
+    bool loadSome(const ViewState& view);
+    // What has been chosen so far: the next picture is that of a view made now.
+    void forget();
 
     // Of the next draw() on; at most triangleBudget of the settings.
     void setTriangleBudget(uint32_t triangles) noexcept;
@@ -43,7 +49,6 @@ public:
     static constexpr std::chrono::milliseconds kPreload{2000};
 
 private:
-    void forget();
     void select(const ViewState& view);
     void choose(const ViewState& view);
     void complete(const ViewState& view, FrameStats& stats, data::PageLoader::Clock::time_point deadline);
