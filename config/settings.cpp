@@ -342,6 +342,9 @@ const std::vector<Key<Settings>>& allKeys()
         k.push_back(integer(
             "graphics.device", -1, 255, "EGL device, -1 for the first that works",
             [](auto& s) -> auto& { return s.graphics.device; }));
+        k.push_back(integer(
+            "graphics.realtime_priority", 0, 99, "of SCHED_RR, 0 for the usual scheduling",
+            [](auto& s) -> auto& { return s.graphics.realtimePriority; }));
         k.push_back(live(choice(
             "log.level", {"debug", "info", "warning", "error"},
             [](auto& s) -> auto& { return s.log.level; })));

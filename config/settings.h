@@ -82,6 +82,7 @@ struct Settings {
     } output;
     struct {
         int64_t device = -1;
+        int64_t realtimePriority = 0;
     } graphics;
     struct {
         std::string level = "info";

@@ -92,6 +92,7 @@ TEST_CASE("the shipped file lists every key, with the built-in default as its va
     CHECK(shipped->output.skipIdentical == builtIn.output.skipIdentical);
     CHECK(shipped->output.ringSlots == builtIn.output.ringSlots);
     CHECK(shipped->graphics.device == builtIn.graphics.device);
+    CHECK(shipped->graphics.realtimePriority == builtIn.graphics.realtimePriority);
     CHECK(shipped->log.level == builtIn.log.level);
 
     std::ifstream file(path);

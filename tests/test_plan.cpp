@@ -20,11 +20,6 @@ long threads()
     return std::distance(std::filesystem::directory_iterator("/proc/self/task"), {});
 }
 
-struct Lines : ig::LogSink {
-    void write(ig::LogLevel, std::string_view line) override { text += std::string(line) + "\n"; }
-    std::string text;
-};
-
 // A way to change settings while running.
 struct Turn {
     const char* name;

@@ -2,6 +2,7 @@
 #include "ig/app/image_generator.h"
 
 #include "ig/app/log.h"
+#include "ig/app/realtime.h"
 #include "ig/app/steady_clock.h"
 #include "ig/gl/driver_memory.h"
 
@@ -20,6 +21,30 @@ config::Settings steadied(config::Settings settings)
     settings.terrain.frameTimeMs = 0;
     settings.terrain.waitForPages = true;
     return settings;
+}
+
+// This thread and those of the driver get a priority, where one is wanted; those that are started later do
+// not.
+Result<gl::Context> contextFor(const config::Settings& settings, int priority, LogSink& log)
+{
+    const auto taken = priority > 0 ? takePriority(priority, Heirs::all) : Result<void>();
+    if (!taken) {
+        log.write(
+            LogLevel::warning,
+            logLine("realtime_refused",
+                    {{"reason", taken.error().message},
+                     {"remedy", "drawn as usual; give it CAP_SYS_NICE or a limit of RTPRIO (LimitRTPRIO= of "
+                                "systemd, --ulimit rtprio= of a container), or leave out "
+                                "graphics.realtime_priority"}}));
+    }
+    gl::ContextSettings wanted;
+    wanted.deviceIndex = static_cast<int>(settings.graphics.device);
+    auto context = gl::Context::create(wanted);
+    if (priority > 0 && taken) {
+        (void)takePriority(priority, Heirs::none); // which it may as it had it with heirs
+        log.write(LogLevel::info, logLine("realtime", {{"priority", std::to_string(priority)}}));
+    }
+    return context;
 }
 
 } // namespace
@@ -54,9 +79,9 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
     if (!dataset) {
         return Unexpected{dataset.error()};
     }
-    gl::ContextSettings contextSettings;
-    contextSettings.deviceIndex = static_cast<int>(settings.graphics.device);
-    auto context = gl::Context::create(contextSettings);
+    // Replay depends on no clock.
+    auto context =
+        contextFor(settings, host.replays() ? 0 : static_cast<int>(settings.graphics.realtimePriority), log);
     if (!context) {
         return Unexpected{context.error()};
     }

@@ -49,6 +49,9 @@ struct Options {
     uint32_t smallestBudget = 4'000;
     bool holdCpuTime = false; // of all threads, in place of wall time
     double speedMs = 250, heightM = 300;
+    std::vector<std::string> parts{"static", "soar", "size", "pace", "steadiness", "held", "machine"};
+
+    bool wants(const char* part) const { return std::find(parts.begin(), parts.end(), part) != parts.end(); }
 };
 
 class PrintedLog final : public LogSink {
@@ -631,12 +634,14 @@ Result<Json> run(const Options& options)
                 {"budget", options.budget},
                 {"width", options.width},
                 {"height", options.height}};
-    report["static"] = measureStatic(**runner, options, *context);
-    if (options.method != "geomip") {
+    if (options.wants("static")) {
+        report["static"] = measureStatic(**runner, options, *context);
+    }
+    if (options.wants("soar") && options.method != "geomip") {
         report["soar"] = measureSoar(**runner, options, *context);
     }
     uint32_t overBudget = 0;
-    if (!options.small.empty()) {
+    if (options.wants("size") && !options.small.empty()) {
         auto small = makeRunner(options.small, options, *context, log);
         if (!small) {
             return Unexpected{small.error()};
@@ -644,11 +649,19 @@ Result<Json> run(const Options& options)
         report["size"] = measureSize(**runner, **small, options);
         overBudget += (*small)->overBudget;
     }
-    if (options.seconds > 0) {
-        report["pace"] = measurePace(**runner, options, false);
-        report["steadiness"] = measureSteadiness(**runner, options, false);
-        report["pace_held"] = measurePace(**runner, options, true);
-        report["steadiness_held"] = measureSteadiness(**runner, options, true);
+    for (const bool held : {false, true}) {
+        if (held && !options.wants("held")) {
+            break;
+        }
+        const std::string suffix = held ? "_held" : "";
+        if (options.wants("pace")) {
+            report["pace" + suffix] = measurePace(**runner, options, held);
+        }
+        if (options.wants("steadiness")) {
+            report["steadiness" + suffix] = measureSteadiness(**runner, options, held);
+        }
+    }
+    if (options.wants("machine") && report.contains("pace")) {
         report["machine"] = measureMachine(report["pace"]["frame_ms_mean"].get<double>() * 1e6, options);
     }
     report["frames_over_budget"] = overBudget + (*runner)->overBudget;
@@ -669,8 +682,7 @@ int main(int argc, char** argv)
     app.add_option("--width", options.width, "pixels")->check(ig::app::within(1, 16'384));
     app.add_option("--height", options.height, "pixels")->check(ig::app::within(1, 16'384));
     app.add_option("--frames", options.frames, "of the comparisons")->check(ig::app::within(11, 1'000'000));
-    app.add_option("--seconds", options.seconds, "of the paced flight, 0 for none")
-        ->check(ig::app::within(0.0, 1e5));
+    app.add_option("--seconds", options.seconds, "of the paced flight")->check(ig::app::within(0.1, 1e5));
     app.add_option("--rate", options.rateHz, "frames per second of the paced flight")
         ->check(ig::app::within(0.1, 1e4));
     app.add_option("--frame-time", options.frameTimeMs, "ms that the moving budget holds")
@@ -680,6 +692,11 @@ int main(int argc, char** argv)
         ->check(ig::app::within(512, 1'000'000));
     app.add_flag("--hold-cpu-time", options.holdCpuTime,
                  "--frame-time is CPU time of all threads: for machines that do other things too");
+    app.add_option("--parts", options.parts,
+                   "what is measured: static, soar, size, pace, steadiness, machine; held: pace and "
+                   "steadiness with the moving budget, too")
+        ->delimiter(',')
+        ->check(CLI::IsMember(Options{}.parts));
     app.add_option("--speed", options.speedMs, "m/s")->check(ig::app::within(0.0, 1e5));
     app.add_option("--height-above-ground", options.heightM, "m")->check(ig::app::within(0.0, 1e6));
     app.set_version_flag("--version", "eyepoint-bench " EYEPOINT_VERSION);
