@@ -76,13 +76,19 @@ struct Kept : ig::out::FrameSink {
     std::vector<std::byte>& last;
 };
 
+// The frames of a slot at 60 Hz.
+inline void drawSlot(ig::app::ImageGenerator& generator, uint64_t slot)
+{
+    generator.frame(1'000'000'000 + static_cast<int64_t>(slot) * 16'666'667, slot);
+}
+
 // What the first view shows after some frames of a run.
 inline std::vector<std::byte> pictureOf(ig::app::ImageGenerator& generator, uint64_t firstSlot = 0)
 {
     std::vector<std::byte> picture;
     generator.addSink("kept", std::make_unique<Kept>(picture));
     for (uint64_t slot = firstSlot; slot < firstSlot + 3; ++slot) {
-        generator.frame(1'000'000'000 + static_cast<int64_t>(slot) * 16'666'667, slot);
+        drawSlot(generator, slot);
     }
     generator.finish(0.05);
     REQUIRE_FALSE(picture.empty());

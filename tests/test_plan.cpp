@@ -52,6 +52,13 @@ const std::vector<Turn>& turns()
     return all;
 }
 
+// What goes on until the next slot; pages are read meanwhile.
+void prepareSlot(ImageGenerator& generator)
+{
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    generator.prepare(0);
+}
+
 struct Seen {
     ig::app::Plan plan;
     std::vector<std::byte> picture;
@@ -168,19 +175,15 @@ TEST_CASE_METHOD(SmallHills, "pictures go on as they are until the pages of new 
         generator->addSink("newest", std::make_unique<Kept>(picture));
         REQUIRE(generator->apply(turned));
         uint64_t old = 0;
-        const auto frame = [&] {
-            generator->frame(1'000'000'000 + static_cast<int64_t>(old) * 16'666'667, old);
-            std::this_thread::sleep_for(std::chrono::milliseconds(2)); // in which pages are read
-        };
         for (; generator->plan() == before.plan && old < 1'000; ++old) {
-            frame();
+            drawSlot(*generator, old);
             REQUIRE((picture == before.picture));
             CHECK(generator->summary(0).triangleBudget == settings.terrain.triangleBudget);
-            generator->prepare(0);
+            prepareSlot(*generator);
         }
         CHECK(old > 2); // one page a frame
         REQUIRE((generator->plan() == wanted.plan));
-        frame(); // and the first one has all of it
+        drawSlot(*generator, old); // and the first picture has all of it
         CHECK((picture == wanted.picture));
         CHECK(generator->summary(0).triangleBudget == 1'000);
         CHECK(generator->summary(0).gpuBytes == wanted.gpuBytes);
@@ -197,8 +200,8 @@ TEST_CASE_METHOD(SmallHills, "of settings whose pages are on their way only the 
     const ig::app::Plan before = generator->plan();
     const auto go = [&](uint64_t slot) {
         for (const uint64_t end = slot + 200; slot < end; ++slot) {
-            generator->frame(1'000'000'000 + static_cast<int64_t>(slot) * 16'666'667, slot);
-            generator->prepare(0);
+            drawSlot(*generator, slot);
+            prepareSlot(*generator);
         }
     };
     config::Settings slopes = settings;

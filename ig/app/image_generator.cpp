@@ -23,12 +23,21 @@ config::Settings steadied(config::Settings settings)
     return settings;
 }
 
-// This thread and those of the driver get a priority, where one is wanted; those that are started later do
-// not.
-Result<gl::Context> contextFor(const config::Settings& settings, int priority, LogSink& log)
+// priority: of this thread and of those that the driver starts, 0 for the usual scheduling; what is started
+// later has none.
+Result<gl::Context> contextFor(int deviceIndex, int priority, LogSink& log)
 {
-    const auto taken = priority > 0 ? takePriority(priority, Heirs::all) : Result<void>();
-    if (!taken) {
+    gl::ContextSettings wanted;
+    wanted.deviceIndex = deviceIndex;
+    if (priority == 0) {
+        return gl::Context::create(wanted);
+    }
+    const auto taken = takePriority(priority, Heirs::all);
+    auto context = gl::Context::create(wanted);
+    if (taken) {
+        (void)takePriority(priority, Heirs::none); // less than it has
+        log.write(LogLevel::info, logLine("realtime", {{"priority", std::to_string(priority)}}));
+    } else {
         log.write(
             LogLevel::warning,
             logLine("realtime_refused",
@@ -36,13 +45,6 @@ Result<gl::Context> contextFor(const config::Settings& settings, int priority, L
                      {"remedy", "drawn as usual; give it CAP_SYS_NICE or a limit of RTPRIO (LimitRTPRIO= of "
                                 "systemd, --ulimit rtprio= of a container), or leave out "
                                 "graphics.realtime_priority"}}));
-    }
-    gl::ContextSettings wanted;
-    wanted.deviceIndex = static_cast<int>(settings.graphics.device);
-    auto context = gl::Context::create(wanted);
-    if (priority > 0 && taken) {
-        (void)takePriority(priority, Heirs::none); // which it may as it had it with heirs
-        log.write(LogLevel::info, logLine("realtime", {{"priority", std::to_string(priority)}}));
     }
     return context;
 }
@@ -79,9 +81,8 @@ Result<std::unique_ptr<ImageGenerator>> ImageGenerator::create(const config::Set
     if (!dataset) {
         return Unexpected{dataset.error()};
     }
-    // Replay depends on no clock.
-    auto context =
-        contextFor(settings, host.replays() ? 0 : static_cast<int>(settings.graphics.realtimePriority), log);
+    const int64_t priority = host.replays() ? 0 : settings.graphics.realtimePriority; // replay has no clock
+    auto context = contextFor(static_cast<int>(settings.graphics.device), static_cast<int>(priority), log);
     if (!context) {
         return Unexpected{context.error()};
     }
@@ -281,11 +282,11 @@ Result<void> ImageGenerator::apply(const config::Settings& settings)
         return drawn;
     }
     _coming.reset(); // what was on its way is not wanted any more
-    takeOver(wanted);
+    putInForce(wanted);
     return {};
 }
 
-void ImageGenerator::takeOver(const config::Settings& wanted)
+void ImageGenerator::putInForce(const config::Settings& wanted)
 {
     _weatherRefused = false;
     _settings = wanted;
@@ -311,21 +312,22 @@ Result<void> ImageGenerator::loadFor(const config::Settings& settings, const Pla
     return {};
 }
 
-// One slot's share. Its pictures begin like those of a fresh start: selected once before they are shown, as
-// there, but with what takes longest in slots of its own.
+// One slot's share. What is chosen while pages come is forgotten in one slot and chosen anew in the next, so
+// that the pictures are those of a fresh start.
 void ImageGenerator::goOnLoading()
 {
-    const bool late = steadyNs() - _coming->startNs > std::chrono::nanoseconds(TerrainView::kPreload).count();
-    const bool has = _coming->drawing->loadSome(viewsWith(_coming->drawing->plan()));
-    if (!_coming->complete && (has || late)) {
-        _coming->complete = true;
-        _coming->drawing->forget();
-    } else if (_coming->complete) {
+    const bool timeIsUp =
+        steadyNs() - _coming->startNs > std::chrono::nanoseconds(TerrainView::kPreload).count();
+    const bool allThere = _coming->drawing->loadSome(viewsWith(_coming->drawing->plan()));
+    if (_coming->ready) {
         Coming come = *std::move(_coming);
         _coming.reset();
         showFrom(std::move(come.drawing));
-        takeOver(come.settings);
+        putInForce(come.settings);
         tellPlan(false, come.startNs);
+    } else if (allThere || timeIsUp) {
+        _coming->drawing->forget();
+        _coming->ready = true;
     }
 }
 

@@ -104,8 +104,8 @@ private:
     struct Coming {
         config::Settings settings;
         std::unique_ptr<Drawing> drawing;
-        int64_t startNs = 0;   // steady clock
-        bool complete = false; // its views have had all that they need
+        int64_t startNs = 0; // steady clock
+        bool ready = false;  // its pages are there, or time is up: shown from the next slot on
     };
 
     Result<void> drawWith(const Plan& plan);
@@ -115,7 +115,7 @@ private:
     void goOnLoading();
     std::vector<ViewState> viewsWith(const Plan& plan) const;
     void showFrom(std::unique_ptr<Drawing> drawing);
-    void takeOver(const config::Settings& settings);
+    void putInForce(const config::Settings& settings);
     void tellPlan(bool pagesStay, int64_t startNs);
     void followWeather(double nowS);
     double displayTimeS(double nowS) const;

@@ -693,8 +693,8 @@ int main(int argc, char** argv)
     app.add_flag("--hold-cpu-time", options.holdCpuTime,
                  "--frame-time is CPU time of all threads: for machines that do other things too");
     app.add_option("--parts", options.parts,
-                   "what is measured: static, soar, size, pace, steadiness, machine; held: pace and "
-                   "steadiness with the moving budget, too")
+                   "what is measured: static, soar, size (with --small), pace, steadiness, machine (with "
+                   "pace); held: pace and steadiness with the moving budget, too")
         ->delimiter(',')
         ->check(CLI::IsMember(Options{}.parts));
     app.add_option("--speed", options.speedMs, "m/s")->check(ig::app::within(0.0, 1e5));
