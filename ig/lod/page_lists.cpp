@@ -31,15 +31,17 @@ bool any(const auto& four)
 
 } // namespace
 
-PageLists::PageLists(const PageGraph& graph, const VertexTree& tree)
-    : _graph(graph), _tree(tree), _pages(graph.slots())
+PageLists::PageLists(const PageGraph& graph, const VertexTree& tree, size_t mostIndices)
+    : _graph(graph), _tree(tree), _pages(graph.slots()), _whole(graph.slots())
 {
     _drawn.reserve(graph.slots());
+    _gathered.reserve(mostIndices);
     // The windows that n drawn pages draw by themselves: 16 of each, less the four of its parent that each
     // but the root draws.
     const size_t windows = size_t{12} * graph.slots() + 4;
     _clusters.reserve(windows * kWindowClusters + graph.slots() * kTopClusters);
     _indices.reserve(_clusters.capacity());
+    _next.reserve(_clusters.capacity());
     _unclipped.reserve(kTop * kWindowClusters + kTopClusters);
     _clipped.reserve(_unclipped.capacity());
 }
@@ -220,8 +222,8 @@ uint8_t PageLists::halvesOfPage(int32_t slot, Page& page) const
 void PageLists::free(uint32_t& first)
 {
     while (first != kNone) {
-        const uint32_t next = _clusters[first].next;
-        _clusters[first].next = _freeCluster;
+        const uint32_t next = _next[first];
+        _next[first] = _freeCluster;
         _freeCluster = first;
         first = next;
     }
@@ -233,6 +235,7 @@ void PageLists::make(int32_t slot)
     Page& page = _pages[static_cast<size_t>(slot)];
     const ListMask dirty = page.dirty;
     page.dirty = 0;
+    _whole[static_cast<size_t>(slot)].gathering = Whole::kNever;
     _making.slot = slot;
     _making.middle = _graph[slot].box.centre;
     for (size_t list = 0; list <= kTop; ++list) {
@@ -324,14 +327,15 @@ void PageLists::openCluster(const Bounds& first)
         _freeCluster = static_cast<uint32_t>(_clusters.size());
         _clusters.emplace_back();
         _indices.emplace_back();
+        _next.push_back(kNone);
     }
     _making.cluster = _freeCluster;
     _making.bounds = first;
     Cluster& cluster = _clusters[_making.cluster];
-    _freeCluster = cluster.next;
+    _freeCluster = _next[_making.cluster];
     cluster.triangles = 0;
     uint32_t& list = _pages[static_cast<size_t>(_making.slot)].first[_making.list];
-    cluster.next = list;
+    _next[_making.cluster] = list;
     list = _making.cluster;
 }
 
@@ -386,44 +390,48 @@ inline PageLists::Four PageLists::Planes::FourPlanes::reach(const Cluster& clust
 
 inline bool PageLists::Planes::anyBeyond(const Cluster& cluster) const noexcept
 {
+    auto beyond = Four{} < Four{};
     for (size_t i = 0; i < _fours; ++i) {
-        if (any(_four[i].middle(cluster) + _four[i].reach(cluster) < Four{})) {
-            return true;
-        }
+        beyond |= _four[i].middle(cluster) + _four[i].reach(cluster) < Four{};
     }
-    return false;
+    return any(beyond);
 }
 
 inline bool PageLists::Planes::allInside(const Cluster& cluster) const noexcept
 {
+    auto beyond = Four{} < Four{};
     for (size_t i = 0; i < _fours; ++i) {
-        if (any(_four[i].middle(cluster) - _four[i].reach(cluster) < Four{})) {
-            return false;
-        }
+        beyond |= _four[i].middle(cluster) - _four[i].reach(cluster) < Four{};
     }
-    return true;
+    return !any(beyond);
 }
 
-void PageLists::prefetch(int32_t slot) const noexcept
+void PageLists::prefetch(int32_t slot, Visibility::PlaneMask mask) const noexcept
 {
+    if (isKept(slot, mask)) {
+        return;
+    }
     const auto* const page = reinterpret_cast<const std::byte*>(&_pages[static_cast<size_t>(slot)]);
     for (size_t byte = 0; byte < sizeof(Page); byte += kLineBytes) {
         __builtin_prefetch(page + byte);
     }
 }
 
-void PageLists::prefetchClusters(int32_t slot) const noexcept
+void PageLists::prefetchClusters(int32_t slot, Visibility::PlaneMask mask) const noexcept
 {
+    if (isKept(slot, mask)) {
+        return;
+    }
     for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
-        if (first != kNone) {
-            __builtin_prefetch(&_clusters[first]);
-            __builtin_prefetch(&_indices[first]); // most clusters are in view
+        for (uint32_t at = first; at != kNone; at = _next[at]) {
+            __builtin_prefetch(&_clusters[at]);
+            __builtin_prefetch(&_indices[at]); // most clusters are in view
         }
     }
 }
 
-PageLists::Gathered PageLists::gather(int32_t slot, const Visibility& visibility, Visibility::PlaneMask mask,
-                                      size_t capacity, std::vector<uint16_t>& indices) const
+// Finds a page's clusters in view.
+void PageLists::findClusters(int32_t slot, const Visibility& visibility, Visibility::PlaneMask mask)
 {
     const glm::dvec3& middle = _graph[slot].box.centre;
     const Planes frustum(visibility, middle, mask & Visibility::kFrustumPlanes);
@@ -440,10 +448,23 @@ PageLists::Gathered PageLists::gather(int32_t slot, const Visibility& visibility
                 }
                 (clipping.allInside(cluster) ? _unclipped : _clipped).push_back(at);
             }
-            at = cluster.next;
+            at = _next[at];
         }
     }
+}
+
+PageLists::Gathered PageLists::gather(int32_t slot, const Visibility& visibility, Visibility::PlaneMask mask,
+                                      size_t capacity, std::vector<uint16_t>& indices)
+{
     const size_t start = indices.size();
+    Whole& whole = _whole[static_cast<size_t>(slot)];
+    if (isKept(slot, mask) && start + whole.count <= capacity) {
+        const auto from = _gathered.begin() + whole.first;
+        indices.insert(indices.end(), from, from + whole.count);
+        whole = {_gathering, static_cast<uint32_t>(start), whole.count};
+        return {whole.count / 3, whole.count};
+    }
+    findClusters(slot, visibility, mask);
     Gathered gathered;
     const auto append = [&](const std::vector<uint32_t>& clusters) {
         for (const uint32_t at : clusters) {
@@ -458,14 +479,23 @@ PageLists::Gathered PageLists::gather(int32_t slot, const Visibility& visibility
     append(_unclipped);
     gathered.unclipped = static_cast<uint32_t>(indices.size() - start);
     append(_clipped);
+    if (mask == 0) {
+        whole = {_gathering, static_cast<uint32_t>(start), gathered.unclipped};
+    }
     return gathered;
+}
+
+void PageLists::keepGathered(std::span<const uint16_t> indices)
+{
+    _gathered.assign(indices.begin(), indices.end());
+    _kept = _gathering;
 }
 
 double PageLists::boundPx(int32_t slot, const Cut& cut, double px) const
 {
     const glm::vec3 eye(cut.eye - _graph[slot].box.centre);
     for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
-        for (uint32_t at = first; at != kNone; at = _clusters[at].next) {
+        for (uint32_t at = first; at != kNone; at = _next[at]) {
             const Cluster& cluster = _clusters[at];
             const glm::vec3 off = glm::max(glm::abs(cluster.middle - eye) - cluster.half, glm::vec3(0.0F));
             // Posts lie within the cut of the triangles; what floats leave of the distance.

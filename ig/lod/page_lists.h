@@ -23,7 +23,7 @@ public:
     // graph and tree must outlive the lists. All memory is taken here, for every triangle that the slots'
     // pages can have: 42 KiB of addresses for each. What is touched of it follows the triangles that there
     // are.
-    PageLists(const PageGraph& graph, const VertexTree& tree);
+    PageLists(const PageGraph& graph, const VertexTree& tree, size_t mostIndices);
 
     // After an update of the tree: the slots drawn now, parents before children, the root first.
     void update(std::span<const int32_t> drawn);
@@ -44,18 +44,22 @@ public:
 
     // What gather() will read of a page, to be on its way from memory in time: first the page's own data,
     // then, when these are there, its clusters.
-    void prefetch(int32_t slot) const noexcept;
-    void prefetchClusters(int32_t slot) const noexcept;
+    void prefetch(int32_t slot, Visibility::PlaneMask mask) const noexcept;
+    void prefetchClusters(int32_t slot, Visibility::PlaneMask mask) const noexcept;
 
     // Appends the indices of a page's clusters that the frustum meets, first those that need no clipping (see
     // PageList::unclipped); what would make more than `capacity` indices is counted and left out. mask: the
-    // planes that the page is not wholly inside of.
+    // planes that the page is not wholly inside of. A page that is inside of all now and was in the last
+    // gathering that was kept, and whose lists are the same, is copied from there in one piece.
     struct Gathered {
         uint32_t triangles = 0;
         uint32_t unclipped = 0; // indices
     };
     Gathered gather(int32_t slot, const Visibility& visibility, Visibility::PlaneMask mask, size_t capacity,
-                    std::vector<uint16_t>& indices) const;
+                    std::vector<uint16_t>& indices);
+    // Round a gathering of all pages; it is kept when nothing was left out of it.
+    void beginGathering() noexcept { ++_gathering; }
+    void keepGathered(std::span<const uint16_t> indices);
 
 private:
     static constexpr uint32_t kClusterTriangles = 32;
@@ -73,7 +77,6 @@ private:
     struct alignas(32) Cluster {
         glm::vec3 middle{0.0F}; // of a box round wherever the morph has corners: from the page's middle, ECEF
         glm::vec3 half{0.0F};   // axes, m
-        uint32_t next = kNone;
         uint32_t triangles = 0;
     };
     struct alignas(64) Indices {
@@ -87,6 +90,12 @@ private:
         std::array<VertexId, 2> apex{};       // of the page's two triangles
         std::array<uint32_t, kTop + 1> first; // clusters of each list
         Page() { first.fill(kNone); }
+    };
+    // All of a page's indices, in a gathering.
+    struct Whole {
+        static constexpr uint64_t kNever = UINT64_MAX;
+        uint64_t gathering = kNever;
+        uint32_t first = 0, count = 0;
     };
     using Four = float __attribute__((vector_size(16))); // four at once
     // A box while it grows; the fourth numbers mean nothing.
@@ -149,14 +158,24 @@ private:
     void openCluster(const Bounds& first);
     void closeCluster();
     void free(uint32_t& first);
+    bool isKept(int32_t slot, Visibility::PlaneMask mask) const noexcept
+    {
+        return mask == 0 && _whole[static_cast<size_t>(slot)].gathering == _kept;
+    }
+    void findClusters(int32_t slot, const Visibility& visibility, Visibility::PlaneMask mask);
 
     const PageGraph& _graph;
     const VertexTree& _tree;
-    std::vector<Page> _pages; // by slot
+    std::vector<Page> _pages;        // by slot
+    std::vector<Whole> _whole;       // by slot
+    std::vector<uint16_t> _gathered; // that was kept
+    uint64_t _gathering = 0;         // this one
+    uint64_t _kept = 0;              // that _gathered is of
     std::vector<int32_t> _drawn;
     std::vector<Cluster> _clusters;
-    std::vector<Indices> _indices;                      // of the clusters
-    mutable std::vector<uint32_t> _unclipped, _clipped; // scratch of gather()
+    std::vector<Indices> _indices;              // of the clusters
+    std::vector<uint32_t> _unclipped, _clipped; // scratch of gather()
+    std::vector<uint32_t> _next; // of each cluster, in its list or among the free: together, so that what follows can be asked for
     uint32_t _freeCluster = kNone;
     uint32_t _made = 0;
     Making _making;

@@ -79,7 +79,7 @@ TreeSelector::TreeSelector(const TerrainShape& shape, std::span<const PageNode> 
     : _shape(shape), _pages(pages), _settings(settings), _budget(settings.triangleBudget),
       _graph(shape, pages, slots),
       _tree(_graph, settings.cullVertices, kExpectedPerTriangle * settings.triangleBudget),
-      _lists(_graph, _tree), _census(_graph, _tree)
+      _lists(_graph, _tree, size_t{3} * settings.triangleBudget), _census(_graph, _tree)
 {
     assert(settings.triangleBudget >= kSmallestTreeBudget);
     _visits.reserve(slots);
@@ -476,16 +476,17 @@ uint32_t TreeSelector::gatherLists(DrawList& out)
     std::sort(_order.begin(), _order.end(), [](const Near& a, const Near& b) {
         return a.distanceM != b.distanceM ? a.distanceM < b.distanceM : a.visit > b.visit; // deeper first
     });
-    const auto slotAt = [this](size_t i) { return _visits[_order[i].visit].slot; };
+    const auto visitAt = [this](size_t i) -> const Visit& { return _visits[_order[i].visit]; };
+    _lists.beginGathering();
     uint32_t triangles = 0;
     for (size_t i = 0; i < _order.size(); ++i) {
-        if (i + 2 < _order.size()) {
-            _lists.prefetch(slotAt(i + 2));
+        if (i + 3 < _order.size()) {
+            _lists.prefetch(visitAt(i + 3).slot, visitAt(i + 3).planes);
         }
         if (i + 1 < _order.size()) {
-            _lists.prefetchClusters(slotAt(i + 1));
+            _lists.prefetchClusters(visitAt(i + 1).slot, visitAt(i + 1).planes);
         }
-        const Visit& visit = _visits[_order[i].visit];
+        const Visit& visit = visitAt(i);
         const auto first = static_cast<uint32_t>(out.indices.size());
         const PageLists::Gathered gathered =
             _lists.gather(visit.slot, *_visibility, visit.planes, size_t{3} * _budget, out.indices);
@@ -495,6 +496,9 @@ uint32_t TreeSelector::gatherLists(DrawList& out)
             out.lists.push_back({static_cast<uint32_t>(visit.page), first, count,
                                  static_cast<float>(visit.distanceM), gathered.unclipped});
         }
+    }
+    if (triangles <= _budget) {
+        _lists.keepGathered(out.indices);
     }
     return triangles;
 }
