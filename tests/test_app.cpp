@@ -289,6 +289,7 @@ public:
         vertices[slot] = mesh.vertex;
         return 1;
     }
+    void begin(const ViewState&) override {}
     void draw(const ViewState&, const lod::DrawList&, std::span<const int32_t>) override {}
     void read(std::span<std::byte>) override {}
     void finish() override {}

@@ -147,6 +147,13 @@ bool TerrainView::draw(const ViewState& view, FrameStats& stats, bool keepPictur
         _terrain.takeOver(stats);
     }
     const bool kept = holds(view);
+    stats.selectionKept = kept;
+    stats.pictureKept = keepPicture && kept && _drawn;
+    const int64_t loaded = steadyNs();
+    if (!stats.pictureKept) {
+        _renderer.begin(view);
+    }
+    const int64_t begun = steadyNs();
     if (!kept) {
         select(view);
         if (waits) {
@@ -155,15 +162,13 @@ bool TerrainView::draw(const ViewState& view, FrameStats& stats, bool keepPictur
         _asks = !waits;
     }
     const int64_t selected = steadyNs();
-    stats.selectionKept = kept;
-    stats.pictureKept = keepPicture && kept && _drawn;
     if (!stats.pictureKept) {
         _renderer.draw(view, _list, _terrain.slotOfPage());
         stats.listBytes += _renderer.listBytes();
         _drawn = true;
     }
-    stats.selectNs = selected - start - (stats.loadNs - loadedBeforeNs);
-    stats.drawNs = steadyNs() - selected;
+    stats.selectNs = selected - start - (begun - loaded) - (stats.loadNs - loadedBeforeNs);
+    stats.drawNs = steadyNs() - selected + (begun - loaded);
     stats.triangleBudget = _selector->triangleBudget();
     stats.lod = _list.stats;
     if (kept) {

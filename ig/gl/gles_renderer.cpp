@@ -16,9 +16,10 @@ namespace {
 class GlesRenderer final : public Renderer {
 public:
     GlesRenderer(const RendererSettings& settings, std::vector<Target> targets, PageStore store,
-                 TerrainPass terrain, SkyPass sky)
-        : _settings(settings), _targets(std::move(targets)), _drawn(_targets.size()),
-          _store(std::move(store)), _terrain(std::move(terrain)), _sky(std::move(sky))
+                 TerrainPass terrain, SkyPass sky, bool flushInParts)
+        : _settings(settings), _flushInParts(flushInParts), _targets(std::move(targets)),
+          _drawn(_targets.size()), _store(std::move(store)), _terrain(std::move(terrain)),
+          _sky(std::move(sky))
     {
     }
 
@@ -48,14 +49,30 @@ public:
     {
         assert(picture < _targets.size());
         _picture = picture;
+        _begun = false;
+    }
+
+    // On two cores whole frames take 0.94 to 0.98 of the time and 0.99 to 1.04 of the CPU time: while one
+    // core selects, the other has the sky, which costs more where mountains stand before it.
+    void begin(const ViewState& view) override
+    {
+        if (!_flushInParts)
+            return;
+        _targets[_picture].begin(kSkyBelowHorizon);
+        _sky.draw(view, SkyPass::Order::first);
+        glFlush();
+        _begun = true;
     }
 
     void draw(const ViewState& view, const lod::DrawList& list, std::span<const int32_t> slotOfPage) override
     {
-        _targets[_picture].begin(kSkyBelowHorizon);
+        const bool begun = std::exchange(_begun, false);
+        if (!begun)
+            _targets[_picture].begin(kSkyBelowHorizon);
         _terrain.begin(view);
         _listBytes = _terrain.draw(_store, list, slotOfPage);
-        _sky.draw(view);
+        if (!begun)
+            _sky.draw(view, SkyPass::Order::last);
         _drawn[_picture] = view.frustum;
     }
 
@@ -95,9 +112,11 @@ public:
 
 private:
     RendererSettings _settings;
+    bool _flushInParts;           // ContextInfo::flushInParts
     std::vector<Target> _targets; // by picture
     std::vector<Frustum> _drawn;  // by picture: what was drawn last
     size_t _picture = 0;
+    bool _begun = false; // what draw() draws next
     PageStore _store;
     TerrainPass _terrain;
     SkyPass _sky;
@@ -131,8 +150,9 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Context& context, const
     Result<SkyPass> sky = SkyPass::create(context);
     if (!sky)
         return Unexpected{sky.error()};
-    return std::unique_ptr<Renderer>(std::make_unique<GlesRenderer>(
-        settings, std::move(targets), *std::move(store), *std::move(terrain), *std::move(sky)));
+    return std::unique_ptr<Renderer>(
+        std::make_unique<GlesRenderer>(settings, std::move(targets), *std::move(store), *std::move(terrain),
+                                       *std::move(sky), context.info().flushInParts));
 }
 
 } // namespace ig::gl

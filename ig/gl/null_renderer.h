@@ -27,6 +27,7 @@ public:
     Result<void> setVisibility(const Context&, double) override { return {}; }
     void setPicture(size_t) override {}
     uint64_t upload(uint32_t slot, const data::PageMesh& mesh) override;
+    void begin(const ViewState&) override {}
     void draw(const ViewState& view, const lod::DrawList& list, std::span<const int32_t> slotOfPage) override;
     uint64_t listBytes() const noexcept override { return _listBytes; }
     // Fills with the low byte of the number of draws, so that frames differ.

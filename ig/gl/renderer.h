@@ -78,6 +78,10 @@ public:
     // for all.
     virtual void setPicture(size_t picture) = 0;
 
+    // May be called before draw(), of the same picture and view: what needs no list goes on beside the
+    // caller's choice of one, where that is of use. draw() sees to whatever is not begun.
+    virtual void begin(const ViewState& view) = 0;
+
     // Draws the tiles or page lists. slotOfPage maps page numbers to slots; every page of the list must have
     // one. A list with the number of the one drawn before has its contents: its indices are not handed over
     // again.

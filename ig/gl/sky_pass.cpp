@@ -59,7 +59,7 @@ Result<SkyPass> SkyPass::create(const Context& context)
     return pass;
 }
 
-void SkyPass::draw(const ViewState& view) const
+void SkyPass::draw(const ViewState& view, Order order) const
 {
     const double fromCentreM = glm::length(view.eye.m);
     const glm::dvec3 up = fromCentreM > 1.0 ? view.eye.m / fromCentreM : glm::dvec3(0.0, 0.0, 1.0);
@@ -80,9 +80,13 @@ void SkyPass::draw(const ViewState& view) const
                 static_cast<float>(f.top));
     glUniform3fv(_up, 1, glm::value_ptr(glm::vec3(upInEye)));
     glUniform2fv(_corners, static_cast<GLsizei>(sky.corners), glm::value_ptr(sky.corner[0]));
-    glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_EQUAL);
-    glDepthMask(GL_FALSE);
+    if (order == Order::first) {
+        glDisable(GL_DEPTH_TEST);
+    } else {
+        glEnable(GL_DEPTH_TEST);
+        glDepthFunc(GL_EQUAL);
+        glDepthMask(GL_FALSE);
+    }
     glDisable(GL_CULL_FACE);
     glBindVertexArray(_noAttributes.name());
     glDrawArrays(GL_TRIANGLE_FAN, 0, static_cast<GLsizei>(sky.corners));

@@ -14,9 +14,11 @@ public:
     // Error (graphics): a shader that does not compile.
     static Result<SkyPass> create(const Context& context);
 
-    // Fills what has infinite depth and lies above the horizon. The rest of it has the colour that the target
-    // was cleared to: kSkyBelowHorizon.
-    void draw(const ViewState& view) const;
+    // Before the ground, or after it where nothing stands before the sky.
+    enum class Order : uint8_t { first, last };
+    // Fills what lies above the horizon. The rest of the sky has the colour that the target was cleared to:
+    // kSkyBelowHorizon.
+    void draw(const ViewState& view, Order order) const;
 
 private:
     Program _program;

@@ -20,9 +20,9 @@ namespace ig::lod {
 
 class PageLists {
 public:
-    // graph and tree must outlive the lists. All memory is taken here, for every triangle that the slots'
-    // pages can have: 42 KiB of addresses for each. What is touched of it follows the triangles that there
-    // are.
+    // graph and tree must outlive the lists. mostIndices: of a gathering that is kept. All memory is taken
+    // here, for every triangle that the slots' pages can have: 42 KiB of addresses for each. What is touched
+    // of it follows the triangles that there are.
     PageLists(const PageGraph& graph, const VertexTree& tree, size_t mostIndices);
 
     // After an update of the tree: the slots drawn now, parents before children, the root first.
@@ -42,22 +42,22 @@ public:
     };
     double boundPx(int32_t slot, const Cut& cut, double px) const;
 
-    // What gather() will read of a page, to be on its way from memory in time: first the page's own data,
-    // then, when these are there, its clusters.
+    // What gather() will read of a page and that mask, to be on its way from memory in time: first the page's
+    // own data, then, when these are there, its clusters.
     void prefetch(int32_t slot, Visibility::PlaneMask mask) const noexcept;
     void prefetchClusters(int32_t slot, Visibility::PlaneMask mask) const noexcept;
 
     // Appends the indices of a page's clusters that the frustum meets, first those that need no clipping (see
     // PageList::unclipped); what would make more than `capacity` indices is counted and left out. mask: the
-    // planes that the page is not wholly inside of. A page that is inside of all now and was in the last
-    // gathering that was kept, and whose lists are the same, is copied from there in one piece.
+    // planes that the page is not wholly inside of. Most pages are inside of all and have the lists that they
+    // had: those are copied in one piece from the last gathering that was kept.
     struct Gathered {
         uint32_t triangles = 0;
         uint32_t unclipped = 0; // indices
     };
     Gathered gather(int32_t slot, const Visibility& visibility, Visibility::PlaneMask mask, size_t capacity,
                     std::vector<uint16_t>& indices);
-    // Round a gathering of all pages; it is kept when nothing was left out of it.
+    // Before and after gather() of all pages. To be kept when nothing was left out.
     void beginGathering() noexcept { ++_gathering; }
     void keepGathered(std::span<const uint16_t> indices);
 
@@ -73,7 +73,7 @@ private:
     using ListMask = uint32_t; // a bit per list
     static constexpr ListMask kAllLists = (1U << (kTop + 1)) - 1;
 
-    // Apart from its indices, which only those in view are asked for.
+    // Apart from its indices, which are read only of those in view.
     struct alignas(32) Cluster {
         glm::vec3 middle{0.0F}; // of a box round wherever the morph has corners: from the page's middle, ECEF
         glm::vec3 half{0.0F};   // axes, m
@@ -91,7 +91,7 @@ private:
         std::array<uint32_t, kTop + 1> first; // clusters of each list
         Page() { first.fill(kNone); }
     };
-    // All of a page's indices, in a gathering.
+    // Where all of a page's indices are in a gathering.
     struct Whole {
         static constexpr uint64_t kNever = UINT64_MAX;
         uint64_t gathering = kNever;
@@ -166,16 +166,18 @@ private:
 
     const PageGraph& _graph;
     const VertexTree& _tree;
-    std::vector<Page> _pages;        // by slot
-    std::vector<Whole> _whole;       // by slot
-    std::vector<uint16_t> _gathered; // that was kept
-    uint64_t _gathering = 0;         // this one
-    uint64_t _kept = 0;              // that _gathered is of
+    std::vector<Page> _pages; // by slot
     std::vector<int32_t> _drawn;
     std::vector<Cluster> _clusters;
-    std::vector<Indices> _indices;              // of the clusters
+    std::vector<Indices> _indices; // of the clusters
+    // Of each cluster, in its list or among the free ones. Apart from them: a list's clusters can be asked
+    // for at once, before the first is there.
+    std::vector<uint32_t> _next;
+    std::vector<Whole> _whole;                  // by slot
+    std::vector<uint16_t> _gathered;            // all pages' indices, of the gathering that was kept
+    uint64_t _gathering = 0;                    // this one's number
+    uint64_t _kept = 0;                         // that one's
     std::vector<uint32_t> _unclipped, _clipped; // scratch of gather()
-    std::vector<uint32_t> _next; // of each cluster, in its list or among the free: together, so that what follows can be asked for
     uint32_t _freeCluster = kNone;
     uint32_t _made = 0;
     Making _making;

@@ -244,6 +244,12 @@ Timed timed(F&& draw)
     return {static_cast<double>(app::steadyNs() - start) * 1e-6, cpuMs() - cpuStart};
 }
 
+// Making and gathering index lists, which is told apart from choosing what is drawn.
+int64_t listsNs(const app::FrameStats& stats)
+{
+    return stats.lod.listsNs + stats.lod.gatherNs;
+}
+
 constexpr int kWarmUpFrames = 10; // the driver compiles
 
 Json measureStatic(Runner& runner, const Options& options, const gl::Context& context)
@@ -315,7 +321,7 @@ Json measureSoar(Runner& runner, const Options& options, const gl::Context& cont
     app::TerrainView terrainView(*runner.terrain, selection, *runner.renderer);
     StaticPages pages(runner, *mesh);
     lod::DrawList list;
-    std::vector<double> wallRatios, cpuRatios, ours, theirs, selectShares;
+    std::vector<double> wallRatios, cpuRatios, ours, theirs;
     for (int i = 0; i < options.frames; ++i) {
         const ViewState view = runner.flight->view(i / 60.0, options.width, options.height);
         soar->select(view, list);
@@ -347,7 +353,6 @@ Json measureSoar(Runner& runner, const Options& options, const gl::Context& cont
             cpuRatios.push_back(a.cpuMs / b.cpuMs);
             ours.push_back(stats.lod.triangles);
             theirs.push_back(list.stats.triangles);
-            selectShares.push_back(static_cast<double>(stats.selectNs) * 1e-6 / a.wallMs);
         }
     }
     runner.terrain->detach(number);
@@ -355,7 +360,6 @@ Json measureSoar(Runner& runner, const Options& options, const gl::Context& cont
             {"frames_counted", cpuRatios.size()},
             {"cpu_ratio_p50", median(cpuRatios)},
             {"wall_ratio_p50", median(wallRatios)},
-            {"select_share_p50", median(selectShares)},
             {"triangles", median(ours)},
             {"soar_triangles", median(theirs)}};
 }
@@ -499,7 +503,7 @@ private:
 Json measurePace(Runner& runner, const Options& options, bool held)
 {
     app::FrameTimeControl control = makeControl(runner, options);
-    Histogram frame, cpu, select, load;
+    Histogram frame, cpu, select, lists, load;
     bench::CoreWaits waits;
     LateFrames late;
     std::vector<double> tau, triangles, budgets;
@@ -520,7 +524,8 @@ Json measurePace(Runner& runner, const Options& options, bool held)
                   static_cast<double>(waits.longestNs()) * 1e-6});
         frame.add(stats.frameNs);
         cpu.add(static_cast<int64_t>(cost.cpuMs * 1e6));
-        select.add(stats.selectNs);
+        select.add(stats.selectNs - listsNs(stats));
+        lists.add(listsNs(stats));
         load.add(stats.loadNs);
         tau.push_back(stats.lod.tauPx);
         triangles.push_back(stats.lod.triangles);
@@ -547,6 +552,8 @@ Json measurePace(Runner& runner, const Options& options, bool held)
                 {"cpu_p99_over_mean", p99OverMean(cpu)},
                 {"select_share", select.meanNs() / frame.meanNs()},
                 {"select_ms_p99", select.quantileNs(0.99) * 1e-6},
+                {"lists_share", lists.meanNs() / frame.meanNs()},
+                {"lists_ms_p99", lists.quantileNs(0.99) * 1e-6},
                 {"load_ms_mean", load.meanNs() * 1e-6},
                 {"load_ms_max", load.maxNs() * 1e-6},
                 {"triangles", spread(triangles)},

@@ -87,7 +87,7 @@ void StaticMesh::draw(const ig::ViewState& view)
     glDrawElements(GL_TRIANGLES, _count - _clipped, GL_UNSIGNED_INT,
                    reinterpret_cast<const void*>(static_cast<size_t>(_clipped) * sizeof(uint32_t)));
     glBindVertexArray(0);
-    _sky.draw(view);
+    _sky.draw(view, SkyPass::Order::last);
 }
 
 } // namespace bench

@@ -140,7 +140,7 @@ void FullMesh::draw(const ViewState& view, const std::vector<uint32_t>& pagesInV
     for (size_t first = 0; first < pages.size(); first += _pageOfSlot.size()) {
         drawBatch(pages.subspan(first, std::min(_pageOfSlot.size(), pages.size() - first)), planes, view);
     }
-    _sky.draw(view);
+    _sky.draw(view, gl::SkyPass::Order::last);
 }
 
 } // namespace report
