@@ -154,6 +154,34 @@ TEST_CASE("every pixel of the sky has the colour of its elevation, at any attitu
     }
 }
 
+TEST_CASE("a picture begun ahead of its list is the same bytes, mountains before the sky and all", "[gl]")
+{
+    const Terrain terrain = hills(1, 40.0);
+    const Tiling tiling = tile(terrain, 64.0, 64.0, 1.0);
+    const ig::Geodetic eye{57.0 * ig::kRadPerDeg, -4.6 * ig::kRadPerDeg, terrain.heightM(64.0, 64.0) + 30.0};
+    const ig::ViewState view = viewFrom(eye, {0.3, 0.0, 0.2}, 1.0, 160, 120);
+    const ig::ViewState other = viewFrom(eye, {2.0, 0.4, -0.5}, 1.0, 160, 120);
+    Stage stage({.widthPx = 160, .heightPx = 120, .pageSlots = 32, .visibilityM = 2e4});
+    const Image image = stage.draw(view, tiling);
+    int mountains = 0;
+    for (int y = 0; y < 40; ++y)
+        for (int x = 0; x < 160; ++x)
+            mountains += image.isTerrain(x, y) ? 1 : 0;
+    CHECK(mountains > 200);
+    CHECK(image.skyPixels() > 200);
+    const auto again = [&](auto&& before) {
+        before(stage.renderer());
+        return stage.draw(view, tiling).rgba;
+    };
+    CHECK(again([&](ig::gl::Renderer& r) { r.begin(view); }) == image.rgba);
+    CHECK(again([](ig::gl::Renderer&) {}) == image.rgba);
+    // What was begun of another picture is forgotten.
+    CHECK(again([&](ig::gl::Renderer& r) {
+              r.begin(other);
+              r.setPicture(0);
+          }) == image.rgba);
+}
+
 TEST_CASE("the viewport's margin changes no pixel of what is not clipped", "[gl]")
 {
     const Terrain terrain = quarters();
