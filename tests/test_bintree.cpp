@@ -328,6 +328,7 @@ TEST_CASE("live ranges change nothing but the work: the same lists in each frame
                 for (size_t i = 0; i < a.lists.size(); ++i) {
                     REQUIRE(a.lists[i].page == b.lists[i].page);
                     REQUIRE(a.lists[i].count == b.lists[i].count);
+                    REQUIRE(a.lists[i].unclipped == b.lists[i].unclipped);
                 }
                 const bool lensChanged = frame == 30 || frame == 35 || frame == 85 || frame == 90;
                 if (!lensChanged && frame != 110) {
@@ -342,6 +343,40 @@ TEST_CASE("live ranges change nothing but the work: the same lists in each frame
                 CHECK(lively < all / (cullVertices ? 3 : 8));
             }
         }
+    }
+}
+
+// From far above most pages are wholly in view with lists that stay; as the eye turns away they leave one by
+// one, and come back.
+TEST_CASE("pages that cross the sides of the view draw what an all-new selection would, frame by frame")
+{
+    const Named& hills = terrains().front();
+    for (const bool cullVertices : kMethods) {
+        TreeSettings settings = settingsOf(20'000, 0.5F, cullVertices);
+        const auto live = test::makeSelector(hills.terrain, settings);
+        settings.liveRanges = false;
+        const auto plain = test::makeSelector(hills.terrain, settings);
+        size_t most = 0, fewest = SIZE_MAX;
+        DrawList a, b;
+        for (int frame = 0; frame < 120; ++frame) {
+            const double turned = 0.02 * (frame < 60 ? frame : 120 - frame);
+            const ViewState view = test::look(test::at(hills.terrain.shape, 128, 128, 30'000),
+                                              {0.4, -kPi / 2 + turned, 0.002 * frame});
+            live->select(view, a);
+            plain->select(view, b);
+            INFO((cullVertices ? "bintree " : "hybrid ") << frame);
+            REQUIRE(a.indices == b.indices);
+            REQUIRE(a.lists.size() == b.lists.size());
+            for (size_t i = 0; i < a.lists.size(); ++i) {
+                REQUIRE(a.lists[i].page == b.lists[i].page);
+                REQUIRE(a.lists[i].first == b.lists[i].first);
+                REQUIRE(a.lists[i].count == b.lists[i].count);
+                REQUIRE(a.lists[i].unclipped == b.lists[i].unclipped);
+            }
+            most = std::max(most, a.indices.size());
+            fewest = std::min(fewest, a.indices.size());
+        }
+        CHECK(most > 20 * fewest);
     }
 }
 
