@@ -7,10 +7,10 @@
 //             index buffer with the same shaders: neither its selection nor the upload of its indices is
 //             counted
 //   size      frames over a large terrain against a small one, frame by frame in turn
-//   pace      a paced flight: p99 / mean of the frame time, missed frames, share of the selection; with a
-//             fixed budget and with the budget that holds --frame-time. Of the frames that were late: how
-//             many would have been so without the wait for a core (see core_waits.h), and how many used so
-//             much CPU time that they would have been late at the usual ratio of wall time to it
+//   pace      a paced flight: p99 / mean of the frame time, missed frames, shares of selection and of list
+//             making; with a fixed budget and with the budget that holds --frame-time. Of the frames that
+//             were late: how many would have been so without the wait for a core (see core_waits.h), and how
+//             many used so much CPU time that they would have been late at the usual ratio of wall time to it
 //   steadiness  the same paced flight three times, its first minute, each frame at its median: p99 / mean
 //             with little of the machine's share. Held: a pass before them decides the budgets, so that the
 //             three draw the same triangles; what disturbed that pass is in its budgets
