@@ -149,11 +149,11 @@ bool TerrainView::draw(const ViewState& view, FrameStats& stats, bool keepPictur
     const bool kept = holds(view);
     stats.selectionKept = kept;
     stats.pictureKept = keepPicture && kept && _drawn;
-    const int64_t loaded = steadyNs();
+    const int64_t beforeBegin = steadyNs();
     if (!stats.pictureKept) {
         _renderer.begin(view);
     }
-    const int64_t begun = steadyNs();
+    const int64_t beginNs = steadyNs() - beforeBegin; // drawing, amid the selection's time
     if (!kept) {
         select(view);
         if (waits) {
@@ -167,8 +167,8 @@ bool TerrainView::draw(const ViewState& view, FrameStats& stats, bool keepPictur
         stats.listBytes += _renderer.listBytes();
         _drawn = true;
     }
-    stats.selectNs = selected - start - (begun - loaded) - (stats.loadNs - loadedBeforeNs);
-    stats.drawNs = steadyNs() - selected + (begun - loaded);
+    stats.selectNs = selected - start - beginNs - (stats.loadNs - loadedBeforeNs);
+    stats.drawNs = steadyNs() - selected + beginNs;
     stats.triangleBudget = _selector->triangleBudget();
     stats.lod = _list.stats;
     if (kept) {

@@ -116,7 +116,7 @@ private:
     std::vector<Target> _targets; // by picture
     std::vector<Frustum> _drawn;  // by picture: what was drawn last
     size_t _picture = 0;
-    bool _begun = false; // what draw() draws next
+    bool _begun = false; // the picture that draw() draws next: cleared, its sky drawn
     PageStore _store;
     TerrainPass _terrain;
     SkyPass _sky;

@@ -91,11 +91,12 @@ private:
         std::array<uint32_t, kTop + 1> first; // clusters of each list
         Page() { first.fill(kNone); }
     };
-    // Where all of a page's indices are in a gathering.
+    // Where a gathering has the indices of a page that was wholly in view: none of its clusters is left out,
+    // none needs clipping.
     struct Whole {
-        static constexpr uint64_t kNever = UINT64_MAX;
-        uint64_t gathering = kNever;
-        uint32_t first = 0, count = 0;
+        static constexpr uint64_t kNever = UINT64_MAX; // or its lists have changed since
+        uint64_t gathering = kNever;                   // number
+        uint32_t first = 0, count = 0;                 // indices
     };
     using Four = float __attribute__((vector_size(16))); // four at once
     // A box while it grows; the fourth numbers mean nothing.
@@ -174,9 +175,9 @@ private:
     // for at once, before the first is there.
     std::vector<uint32_t> _next;
     std::vector<Whole> _whole;                  // by slot
-    std::vector<uint16_t> _gathered;            // all pages' indices, of the gathering that was kept
-    uint64_t _gathering = 0;                    // this one's number
-    uint64_t _kept = 0;                         // that one's
+    uint64_t _gathering = 0;                    // number of the last one begun
+    uint64_t _kept = 0;                         // number of the last one kept; 0: none yet
+    std::vector<uint16_t> _gathered;            // indices of that one
     std::vector<uint32_t> _unclipped, _clipped; // scratch of gather()
     uint32_t _freeCluster = kNone;
     uint32_t _made = 0;
