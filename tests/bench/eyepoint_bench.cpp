@@ -72,6 +72,23 @@ double median(std::vector<double> values)
     return *middle;
 }
 
+// A value of every frame.
+Json spread(std::vector<double> values)
+{
+    if (values.empty()) {
+        return {};
+    }
+    std::sort(values.begin(), values.end());
+    double sum = 0;
+    for (const double value : values) {
+        sum += value;
+    }
+    return {{"mean", sum / static_cast<double>(values.size())},
+            {"min", values.front()},
+            {"p50", values[values.size() / 2]},
+            {"max", values.back()}};
+}
+
 double cpuMs()
 {
     timespec now{};
@@ -293,75 +310,147 @@ Json measureStatic(Runner& runner, const Options& options, const gl::Context& co
             {"frames_with_other_pixels", differing}};
 }
 
-// With a method that draws page lists.
-Json measureSoar(Runner& runner, const Options& options, const gl::Context& context)
+void sleepUntil(int64_t timeNs)
 {
-    constexpr uint32_t kTypicalTriangles = 26'000;
-    constexpr uint32_t kFewest = 19'600, kMost = 34'000; // of the frames that count
-    constexpr uint32_t kRoom = 200'000;                  // no budget is reached: the tolerance decides
-    auto mesh = bench::StaticMesh::create(context, rendererSettings(options));
-    if (!mesh) {
-        return {{"error", mesh.error().message}};
+    const timespec until{static_cast<time_t>(timeNs / 1'000'000'000),
+                         static_cast<long>(timeNs % 1'000'000'000)};
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) != 0) {
     }
-    lod::SelectionSettings selection{lod::Method::bintree, kTypicalTriangles, 0.0F, true, false};
-    const ViewState first = runner.flight->view(0, options.width, options.height);
-    {
-        app::TerrainView finder(*runner.terrain, selection, *runner.renderer);
-        if (auto loaded = finder.preload(first); !loaded) {
-            return {{"error", loaded.error().message}};
+}
+
+// Draws a view until none of its pages is lacking.
+void drawComplete(app::TerrainView& terrainView, const ViewState& view)
+{
+    constexpr int kTries = 2000;
+    constexpr int64_t kPauseNs = 1'000'000;
+    for (int i = 0; i < kTries; ++i) {
+        app::FrameStats stats;
+        terrainView.draw(view, stats);
+        if (stats.pageIns == 0 && terrainView.drawList().wantedPages.empty()) {
+            return;
         }
-        selection.tolerancePx = finder.drawList().stats.tauPx;
+        terrainView.askForPages();
+        sleepUntil(app::steadyNs() + kPauseNs);
     }
-    selection.triangleBudget = kRoom;
-    const auto soar = lod::makeSelector(runner.terrain->info().shape, runner.terrain->dataset().pages(),
-                                        runner.terrain->pageSlots(), selection);
-    const uint32_t number = runner.terrain->attach(*soar);
-    selection.method = *lod::methodOf(options.method);
-    selection.liveRanges = true;
-    app::TerrainView terrainView(*runner.terrain, selection, *runner.renderer);
-    StaticPages pages(runner, *mesh);
-    lod::DrawList list;
-    std::vector<double> wallRatios, cpuRatios, ours, theirs;
-    for (int i = 0; i < options.frames; ++i) {
-        const ViewState view = runner.flight->view(i / 60.0, options.width, options.height);
-        soar->select(view, list);
-        runner.terrain->use(number, list.usedPages);
+}
+
+// Whole frames against SOAR's triangles, by the places of the flight. With a method that draws page lists.
+class SoarComparison {
+public:
+    SoarComparison(Runner& runner, const Options& options, bench::StaticMesh& mesh)
+        : _runner(runner), _options(options), _mesh(mesh), _pages(runner, mesh)
+    {
+    }
+
+    // From a place on, at the tolerance that has about kTypicalTriangles there.
+    Result<void> measureFrom(double startS, int frames)
+    {
+        lod::SelectionSettings selection{lod::Method::bintree, kTypicalTriangles, 0.0F, true, false};
+        {
+            app::TerrainView finder(*_runner.terrain, selection, *_runner.renderer);
+            if (auto loaded = finder.preload(viewAt(startS)); !loaded) {
+                return loaded;
+            }
+            drawComplete(finder, viewAt(startS));
+            selection.tolerancePx = finder.drawList().stats.tauPx;
+        }
+        _tolerances.push_back(selection.tolerancePx);
+        selection.triangleBudget = kRoom;
+        const auto soar = lod::makeSelector(_runner.terrain->info().shape, _runner.terrain->dataset().pages(),
+                                            _runner.terrain->pageSlots(), selection);
+        const uint32_t number = _runner.terrain->attach(*soar);
+        selection.method = *lod::methodOf(_options.method);
+        selection.liveRanges = true;
+        {
+            app::TerrainView terrainView(*_runner.terrain, selection, *_runner.renderer);
+            for (int i = 0; i < frames; ++i) {
+                const double timeS = startS + i * kApartS;
+                drawComplete(terrainView, viewAt(timeS));
+                const ViewState view = viewAt(timeS + 1.0 / 60.0);
+                soar->select(view, _list);
+                _runner.terrain->use(number, _list.usedPages);
+                measure(terrainView, view, i % 2 == 0);
+            }
+        }
+        _runner.terrain->detach(number);
+        return {};
+    }
+
+    Json json() const
+    {
+        return {{"tolerance_px", spread(_tolerances)}, {"frames_counted", _cpuRatios.size()},
+                {"cpu_ratio_p50", median(_cpuRatios)}, {"cpu_ratio", spread(_cpuRatios)},
+                {"wall_ratio_p50", median(_wallRatios)}, {"triangles", median(_ours)},
+                {"soar_triangles", median(_theirs)}};
+    }
+
+private:
+    static constexpr uint32_t kTypicalTriangles = 26'000;
+    static constexpr uint32_t kFewest = 19'600, kMost = 34'000; // of the frames that count
+    static constexpr uint32_t kRoom = 200'000;                  // no budget is reached: the tolerance decides
+    static constexpr double kApartS = 0.05;                     // in flight, from one timed frame to the next
+
+    ViewState viewAt(double timeS) const
+    {
+        return _runner.flight->view(timeS, _options.width, _options.height);
+    }
+
+    // Each goes first in every other frame.
+    void measure(app::TerrainView& terrainView, const ViewState& view, bool oursFirst)
+    {
         app::FrameStats stats;
         const auto our = [&] {
             return timed([&] {
                 terrainView.draw(view, stats);
-                runner.renderer->read(runner.picture);
+                _runner.renderer->read(_runner.picture);
             });
         };
         const auto their = [&] {
-            pages.follow(list.usedPages);
-            mesh->setTriangles(list, runner.terrain->slotOfPage());
+            _pages.follow(_list.usedPages);
+            _mesh.setTriangles(_list, _runner.terrain->slotOfPage());
             return timed([&] {
-                mesh->draw(view);
-                mesh->read(runner.picture);
+                _mesh.draw(view);
+                _mesh.read(_runner.picture);
             });
         };
-        // Each goes first in every other frame.
-        const Timed early = i % 2 == 0 ? our() : their();
-        const Timed late = i % 2 == 0 ? their() : our();
-        const Timed& a = i % 2 == 0 ? early : late;
-        const Timed& b = i % 2 == 0 ? late : early;
-        terrainView.askForPages();
-        const bool counts = list.stats.triangles >= kFewest && list.stats.triangles <= kMost;
-        if (i >= kWarmUpFrames && counts && stats.pageIns == 0) {
-            wallRatios.push_back(a.wallMs / b.wallMs);
-            cpuRatios.push_back(a.cpuMs / b.cpuMs);
-            ours.push_back(stats.lod.triangles);
-            theirs.push_back(list.stats.triangles);
+        const Timed early = oursFirst ? our() : their();
+        const Timed late = oursFirst ? their() : our();
+        const Timed& a = oursFirst ? early : late;
+        const Timed& b = oursFirst ? late : early;
+        const bool counts = _list.stats.triangles >= kFewest && _list.stats.triangles <= kMost;
+        if (counts && stats.pageIns == 0 && _warmUp-- <= 0) {
+            _wallRatios.push_back(a.wallMs / b.wallMs);
+            _cpuRatios.push_back(a.cpuMs / b.cpuMs);
+            _ours.push_back(stats.lod.triangles);
+            _theirs.push_back(_list.stats.triangles);
         }
     }
-    runner.terrain->detach(number);
-    return {{"tolerance_px", static_cast<double>(selection.tolerancePx)},
-            {"frames_counted", cpuRatios.size()},
-            {"cpu_ratio_p50", median(cpuRatios)},
-            {"wall_ratio_p50", median(wallRatios)},
-            {"triangles", median(ours)},
-            {"soar_triangles", median(theirs)}};
+
+    Runner& _runner;
+    const Options& _options;
+    bench::StaticMesh& _mesh;
+    StaticPages _pages;
+    lod::DrawList _list; // SOAR's
+    int _warmUp = kWarmUpFrames;
+    std::vector<double> _tolerances, _wallRatios, _cpuRatios, _ours, _theirs;
+};
+
+Json measureSoar(Runner& runner, const Options& options, const gl::Context& context)
+{
+    constexpr int kFramesOfAPlace = 10;
+    constexpr double kApartS = 4.0; // in flight, from place to place
+    auto mesh = bench::StaticMesh::create(context, rendererSettings(options));
+    if (!mesh) {
+        return {{"error", mesh.error().message}};
+    }
+    SoarComparison comparison(runner, options, *mesh);
+    for (int i = 0; i < options.frames; i += kFramesOfAPlace) {
+        const int frames = std::min(kFramesOfAPlace, options.frames - i);
+        if (auto measured = comparison.measureFrom(i / kFramesOfAPlace * kApartS, frames); !measured) {
+            return {{"error", measured.error().message}};
+        }
+    }
+    return comparison.json();
 }
 
 Json measureSize(Runner& large, Runner& small, const Options& options)
@@ -389,14 +478,6 @@ Json measureSize(Runner& large, Runner& small, const Options& options)
             {"small_ms_p50", median(smallMs)},
             {"ratio_p50", median(largeMs) / median(smallMs)},
             {"paired_ratio_p50", median(ratios)}};
-}
-
-void sleepUntil(int64_t timeNs)
-{
-    const timespec until{static_cast<time_t>(timeNs / 1'000'000'000),
-                         static_cast<long>(timeNs % 1'000'000'000)};
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) != 0) {
-    }
 }
 
 volatile double arithmeticResult = 0; // so that it is not optimised away
@@ -445,23 +526,6 @@ app::FrameTimeControl makeControl(const Runner& runner, const Options& options)
 {
     return {{options.frameTimeMs, std::min(options.smallestBudget, options.budget), options.budget},
             runner.ground->info().shape.ellipsoid};
-}
-
-// A value of every frame.
-Json spread(std::vector<double> values)
-{
-    if (values.empty()) {
-        return {};
-    }
-    std::sort(values.begin(), values.end());
-    double sum = 0;
-    for (const double value : values) {
-        sum += value;
-    }
-    return {{"mean", sum / static_cast<double>(values.size())},
-            {"min", values.front()},
-            {"p50", values[values.size() / 2]},
-            {"max", values.back()}};
 }
 
 double p99OverMean(const Histogram& histogram)
