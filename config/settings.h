@@ -31,7 +31,7 @@ struct Settings {
     struct {
         std::string file;
         std::string method = "hybrid";
-        int64_t triangleBudget = 24'000;
+        int64_t triangleBudget = 14'000;
         double frameTimeMs = 0;
         int64_t smallestTriangleBudget = 4'000;
         double tolerancePx = 1.0;

@@ -154,7 +154,7 @@ TEST_CASE("several views reload what may change of each, by name, and only if th
     REQUIRE(config::changes(before, after).size() == 1);
     CHECK(config::changes(before, after)[0].name == "views");
     config::applyLive(after, before);
-    CHECK(config::viewsOf(before)[0].triangleBudget == 24'000);
+    CHECK(config::viewsOf(before)[0].triangleBudget == 14'000);
 }
 
 TEST_CASE("the unit file starts, reloads, watches and stops the program as it wants to be treated")

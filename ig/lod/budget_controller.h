@@ -32,7 +32,7 @@ namespace ig::lod {
 struct BudgetControllerSettings {
     double targetMs = 10.0;          // what a frame is to cost; > 0
     uint32_t smallestBudget = 512;   // triangles; at most largestBudget
-    uint32_t largestBudget = 24'000; // triangles; a hard limit, also when there is time for more
+    uint32_t largestBudget = 14'000; // triangles; a hard limit, also when there is time for more
 };
 
 class BudgetController {

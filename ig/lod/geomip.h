@@ -21,7 +21,7 @@
 namespace ig::lod {
 
 struct GeomipSettings {
-    uint32_t triangleBudget = 24'000; // never exceeded, the largest that can be set; at least kSmallestBudget
+    uint32_t triangleBudget = 14'000; // never exceeded, the largest that can be set; at least kSmallestBudget
     float tolerancePx = 1.0F;         // tiles within it are not split further; >= 0
     bool morph = false;               // tiles come and go without a step
 };

@@ -22,7 +22,7 @@ std::optional<Method> methodOf(std::string_view name) noexcept;
 
 struct SelectionSettings {
     Method method = Method::hybrid;
-    uint32_t triangleBudget = 24'000; // the largest that will be asked for; at least smallestBudget()
+    uint32_t triangleBudget = 14'000; // the largest that will be asked for; at least smallestBudget()
     float tolerancePx = 1.0F;         // what is finer is not drawn; >= 0
     bool morph = true;                // tiles of geomip come and go without a step
     bool liveRanges = true;           // off: bintree and hybrid evaluate everything in each frame

@@ -51,7 +51,7 @@ namespace ig::lod {
 
 struct TreeSettings {
     uint32_t triangleBudget =
-        24'000;               // never exceeded, the largest that can be set; at least kSmallestTreeBudget
+        14'000;               // never exceeded, the largest that can be set; at least kSmallestTreeBudget
     float tolerancePx = 1.0F; // tau does not fall below it; >= 0
     // Triangles are drawn with the texture of a finer page where a texel of theirs is wider than this.
     float texelPx = 3.0F;
