@@ -7,6 +7,7 @@
 #include "ig/app/frame_time_control.h"
 #include "ig/app/host_link.h"
 #include "ig/app/output_files.h"
+#include "ig/app/realtime.h"
 #include "ig/app/run_statistics.h"
 #include "ig/app/settings_arguments.h"
 #include "ig/app/steady_clock.h"
@@ -373,6 +374,43 @@ TEST_CASE("a damaged page is reported once and drawn by its ancestor; a damaged 
     whole << std::string(static_cast<size_t>(bytes - 512), '\x5a');
     whole.close();
     CHECK_FALSE(data::Dataset::open(path));
+}
+
+TEST_CASE("pictures are begun ahead of their lists where the frame thread has the cores first")
+{
+    const test::TempDir dir;
+    CollectedLog log;
+    gl::NullRenderer renderer = nullRenderer(smallSettings());
+    app::TerrainResidency terrain(openDataset(makeDataset(dir)), smallSettings(), renderer, log);
+    app::TerrainView terrainView(terrain, smallSettings().selection, renderer);
+    REQUIRE(terrainView.preload(lookNorth(terrain.info(), 900)));
+    const auto begunBy = [&](auto&& before) {
+        const uint64_t already = renderer.counts().begun;
+        std::thread([&] {
+            if (before()) {
+                app::FrameStats stats;
+                terrainView.draw(lookNorth(terrain.info(), 900, 0.2), stats);
+            }
+        }).join();
+        return renderer.counts().begun - already;
+    };
+    if (app::hasPriority()) {
+        WARN("skipped in part: these tests run with a real-time priority themselves");
+    } else {
+        CHECK(begunBy([] { return true; }) == 0);
+    }
+    for (const app::Heirs heirs : {app::Heirs::all, app::Heirs::none}) {
+        bool taken = false;
+        const uint64_t begun = begunBy([&] {
+            taken = app::takePriority(1, heirs) && app::hasPriority();
+            return taken;
+        });
+        if (taken) {
+            CHECK(begun == 1);
+        } else {
+            WARN("skipped in part: this process may have no real-time priority");
+        }
+    }
 }
 
 TEST_CASE("a budget that moves from frame to frame is never exceeded, and stated, by any method")

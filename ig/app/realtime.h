@@ -13,4 +13,7 @@ enum class Heirs { none, all }; // of the threads that it starts from then on
 // usual. Error (failed): the system does not let this process; nothing has changed.
 Result<void> takePriority(int priority, Heirs heirs);
 
+// Whether the calling thread has any.
+bool hasPriority() noexcept;
+
 } // namespace ig::app

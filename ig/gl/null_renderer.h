@@ -11,6 +11,7 @@ class NullRenderer final : public Renderer {
 public:
     struct Counts {
         uint64_t uploads = 0;
+        uint64_t begun = 0; // ahead of their lists
         uint64_t draws = 0; // frames
         uint64_t reads = 0;
         uint64_t finishes = 0;
@@ -27,7 +28,7 @@ public:
     Result<void> setVisibility(const Context&, double) override { return {}; }
     void setPicture(size_t) override {}
     uint64_t upload(uint32_t slot, const data::PageMesh& mesh) override;
-    void begin(const ViewState&) override {}
+    void begin(const ViewState&) override { ++_counts.begun; }
     void draw(const ViewState& view, const lod::DrawList& list, std::span<const int32_t> slotOfPage) override;
     uint64_t listBytes() const noexcept override { return _listBytes; }
     // Fills with the low byte of the number of draws, so that frames differ.

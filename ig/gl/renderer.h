@@ -79,7 +79,8 @@ public:
     virtual void setPicture(size_t picture) = 0;
 
     // May be called before draw(), of the same picture and view: what needs no list goes on beside the
-    // caller's choice of one, where that is of use. draw() sees to whatever is not begun.
+    // caller's choice of one, where that is of use: where that has the cores before the driver's threads.
+    // draw() sees to whatever is not begun.
     virtual void begin(const ViewState& view) = 0;
 
     // Draws the tiles or page lists. slotOfPage maps page numbers to slots; every page of the list must have

@@ -378,8 +378,8 @@ public:
 
     Json json() const
     {
-        return {{"tolerance_px", spread(_tolerances)}, {"frames_counted", _cpuRatios.size()},
-                {"cpu_ratio_p50", median(_cpuRatios)}, {"cpu_ratio", spread(_cpuRatios)},
+        return {{"tolerance_px", spread(_tolerances)},   {"frames_counted", _cpuRatios.size()},
+                {"cpu_ratio_p50", median(_cpuRatios)},   {"cpu_ratio", spread(_cpuRatios)},
                 {"wall_ratio_p50", median(_wallRatios)}, {"triangles", median(_ours)},
                 {"soar_triangles", median(_theirs)}};
     }
