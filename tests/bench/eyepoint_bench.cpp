@@ -19,6 +19,7 @@
 #include "ig/app/command_line.h"
 #include "ig/app/frame_schedule.h"
 #include "ig/app/frame_time_control.h"
+#include "ig/app/signals.h"
 #include "ig/app/steady_clock.h"
 #include "ig/app/terrain_view.h"
 #include "ig/base/histogram.h"
@@ -310,15 +311,7 @@ Json measureStatic(Runner& runner, const Options& options, const gl::Context& co
             {"frames_with_other_pixels", differing}};
 }
 
-void sleepUntil(int64_t timeNs)
-{
-    const timespec until{static_cast<time_t>(timeNs / 1'000'000'000),
-                         static_cast<long>(timeNs % 1'000'000'000)};
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) != 0) {
-    }
-}
-
-// Draws a view until none of its pages is lacking.
+// Draws a view until none of its pages is lacking; gives up where they do not come.
 void drawComplete(app::TerrainView& terrainView, const ViewState& view)
 {
     constexpr int kTries = 2000;
@@ -330,7 +323,7 @@ void drawComplete(app::TerrainView& terrainView, const ViewState& view)
             return;
         }
         terrainView.askForPages();
-        sleepUntil(app::steadyNs() + kPauseNs);
+        app::sleepUntil(app::steadyNs() + kPauseNs);
     }
 }
 
@@ -514,7 +507,7 @@ Json measureMachine(double frameNs, const Options& options)
                 arithmetic(steps);
             }
             (both ? two : one).add(app::steadyNs() - start);
-            sleepUntil(schedule.nextStartNs(app::steadyNs()));
+            app::sleepUntil(schedule.nextStartNs(app::steadyNs()));
             start = app::steadyNs();
         }
     }
@@ -600,7 +593,7 @@ Json measurePace(Runner& runner, const Options& options, bool held)
         missingTiles += stats.lod.tilesMissing > 0 ? 1 : 0;
         const int64_t nextStartNs = schedule.nextStartNs(finished);
         runner.prepare(nextStartNs);
-        sleepUntil(nextStartNs);
+        app::sleepUntil(nextStartNs);
         start = app::steadyNs();
     }
     const double minutes = options.seconds / 60.0;
@@ -650,7 +643,7 @@ Json measureSteadiness(Runner& runner, const Options& options, bool held)
                                          options.height));
             const int64_t nextStartNs = schedule.nextStartNs(app::steadyNs());
             runner.prepare(nextStartNs);
-            sleepUntil(nextStartNs);
+            app::sleepUntil(nextStartNs);
         }
     };
     if (held) {
