@@ -21,7 +21,7 @@ ig_test(test_tile_indices SOURCES ${PROJECT_SOURCE_DIR}/tests/gl/test_tile_indic
 # Render tests have a main of their own, which returns 77 where no context can be made.
 set(gl_test_dir ${PROJECT_SOURCE_DIR}/tests/gl)
 add_executable(test_gl
-  ${gl_test_dir}/main.cpp ${gl_test_dir}/test_golden.cpp ${gl_test_dir}/test_limits.cpp
+  ${gl_test_dir}/main.cpp ${gl_test_dir}/test_driver_threads.cpp ${gl_test_dir}/test_golden.cpp ${gl_test_dir}/test_limits.cpp
   ${gl_test_dir}/test_page_lists.cpp ${gl_test_dir}/test_picture.cpp ${gl_test_dir}/test_precision.cpp
   ${gl_test_dir}/test_projection.cpp
   ${gl_test_dir}/test_tile_morph.cpp ${gl_test_dir}/test_watertight.cpp)

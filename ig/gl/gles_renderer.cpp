@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "ig/gl/driver_threads.h"
 #include "ig/gl/page_store.h"
 #include "ig/gl/renderer.h"
 #include "ig/gl/shaders.h"
@@ -17,7 +18,8 @@ class GlesRenderer final : public Renderer {
 public:
     GlesRenderer(const RendererSettings& settings, std::vector<Target> targets, PageStore store,
                  TerrainPass terrain, SkyPass sky, bool flushInParts)
-        : _settings(settings), _flushInParts(flushInParts), _targets(std::move(targets)),
+        : _settings(settings), _flushInParts(flushInParts),
+          _threads(flushInParts ? DriverThreads::find() : DriverThreads({})), _targets(std::move(targets)),
           _drawn(_targets.size()), _store(std::move(store)), _terrain(std::move(terrain)),
           _sky(std::move(sky))
     {
@@ -59,6 +61,7 @@ public:
     {
         if (!_flushInParts)
             return;
+        _threads.keepOff();
         _targets[_picture].begin(kSkyBelowHorizon);
         _sky.draw(view, SkyPass::Order::first);
         glFlush();
@@ -68,6 +71,7 @@ public:
     void draw(const ViewState& view, const lod::DrawList& list, std::span<const int32_t> slotOfPage) override
     {
         const bool begun = std::exchange(_begun, false);
+        _threads.keepOff();
         if (!begun)
             _targets[_picture].begin(kSkyBelowHorizon);
         _terrain.begin(view);
@@ -79,12 +83,21 @@ public:
 
     uint64_t listBytes() const noexcept override { return _listBytes; }
 
-    void read(std::span<std::byte> rgba) override { _targets[_picture].read(rgba); }
+    void read(std::span<std::byte> rgba) override
+    {
+        leaveToDriver();
+        _targets[_picture].read(rgba);
+    }
 
-    void finish() override { glFinish(); }
+    void finish() override
+    {
+        leaveToDriver();
+        glFinish();
+    }
 
     void readDepth(std::span<float> depthM) override
     {
+        leaveToDriver();
         _targets[_picture].readDepth(depthM);
         const Frustum& frustum = _drawn[_picture];
         if (frustum.parallel || std::isfinite(frustum.farM)) {
@@ -99,6 +112,7 @@ public:
 
     double depthAt(int xPx, int yPx) override
     {
+        leaveToDriver();
         const float depth = _targets[_picture].depthAt(xPx, yPx);
         return distanceOfDepth(_drawn[_picture], static_cast<double>(depth));
     }
@@ -112,8 +126,18 @@ public:
     }
 
 private:
+    // All that is drawn, and this thread's core: it waits from here on.
+    void leaveToDriver()
+    {
+        if (!_flushInParts)
+            return;
+        glFlush();
+        _threads.letBack();
+    }
+
     RendererSettings _settings;
     bool _flushInParts;           // ContextInfo::flushInParts
+    DriverThreads _threads;       // none where pictures are not flushed in parts
     std::vector<Target> _targets; // by picture
     std::vector<Frustum> _drawn;  // by picture: what was drawn last
     size_t _picture = 0;

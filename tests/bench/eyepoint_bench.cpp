@@ -124,6 +124,18 @@ struct Runner {
     Cost frame(const ViewState& view, uint32_t budget) { return frame(view, budget, nullptr); }
     Cost frame(const ViewState& view, app::FrameTimeControl& control) { return frame(view, 0, &control); }
 
+    // Before the first frame, as the image generator does.
+    Result<void> warmUp(const ViewState& view)
+    {
+        if (auto loaded = terrainView->preload(view); !loaded) {
+            return loaded;
+        }
+        app::FrameStats unused;
+        terrainView->draw(view, unused);
+        renderer->finish();
+        return {};
+    }
+
     // After a frame, as the image generator does.
     void prepare(int64_t nextStartNs)
     {
@@ -207,9 +219,8 @@ Result<std::unique_ptr<Runner>> makeRunner(const std::string& path, const Option
     runner->ground = std::make_unique<data::Dataset>(std::move(*ground));
     runner->flyRound(report::middleOf(runner->ground->info()), options);
     runner->picture.resize(static_cast<size_t>(options.width) * static_cast<size_t>(options.height) * 4);
-    if (auto loaded = runner->terrainView->preload(runner->flight->view(0, options.width, options.height));
-        !loaded) {
-        return Unexpected{loaded.error()};
+    if (auto warm = runner->warmUp(runner->flight->view(0, options.width, options.height)); !warm) {
+        return Unexpected{warm.error()};
     }
     return runner;
 }
@@ -718,6 +729,9 @@ Result<Json> run(const Options& options)
             break;
         }
         const std::string suffix = held ? "_held" : "";
+        if (auto warm = (*runner)->warmUp((*runner)->flight->view(0, options.width, options.height)); !warm) {
+            return Unexpected{warm.error()};
+        }
         if (options.wants("pace")) {
             report["pace" + suffix] = measurePace(**runner, options, held);
         }
