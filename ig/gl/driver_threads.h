@@ -10,10 +10,12 @@
 
 namespace ig::gl {
 
-// llvmpipe has a thread for each core. They start a picture together and end it together, so that on two
-// cores one of them waits for the caller's core while the caller still draws, and the other waits for that
-// one; or, when the caller has ended, stays beside the other, while the caller's core has nothing to do.
-// On two cores, keepOff() and letBack() see to both. Elsewhere they do nothing: nothing was measured there.
+// llvmpipe has a thread for each core. They start a picture together and end it together. On two cores one
+// of them waits for the caller's core while the caller still draws, and the other waits for that one; or,
+// when the caller waits for both, they stay together on the other core. keepOff() and letBack() see to it
+// that neither happens: as usually scheduled whole frames take 0.82 to 0.89 of the time, with something else
+// busy on one core 0.88 to 0.92, with a real-time priority 0.97 to 1.02. Elsewhere they do nothing: nothing
+// was measured there.
 class DriverThreads {
 public:
     // Those of this process (Linux names them in /proc); as few as none.

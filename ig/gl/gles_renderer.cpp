@@ -54,7 +54,7 @@ public:
         _begun = false;
     }
 
-    // On two cores, with a real-time priority, whole frames take 0.94 to 0.98 of the time and 0.99 to 1.04 of
+    // On two cores, with a real-time priority, whole frames take 0.94 to 0.98 of the time and 0.99 to 1.05 of
     // the CPU time: while one core selects, the other has the sky, which costs more where mountains stand
     // before it.
     void begin(const ViewState& view) override

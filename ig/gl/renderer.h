@@ -85,7 +85,7 @@ public:
 
     // Draws the tiles or page lists. slotOfPage maps page numbers to slots; every page of the list must have
     // one. A list with the number of the one drawn before has its contents: its indices are not handed over
-    // again.
+    // again. Until read() or finish() a software driver may be kept off the caller's core.
     virtual void draw(const ViewState& view, const lod::DrawList& list,
                       std::span<const int32_t> slotOfPage) = 0;
     // Bytes of indices that the last draw() handed to GL; 0 where none is.

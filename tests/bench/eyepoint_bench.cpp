@@ -322,14 +322,16 @@ Json measureStatic(Runner& runner, const Options& options, const gl::Context& co
             {"frames_with_other_pixels", differing}};
 }
 
-// Draws a view until none of its pages is lacking; gives up where they do not come.
-void drawComplete(app::TerrainView& terrainView, const ViewState& view)
+// Draws a view until none of its pages is lacking; gives up where they do not come. Each picture is waited
+// for: loaders need a free core, and what is measured next must not pay for it.
+void drawComplete(app::TerrainView& terrainView, gl::Renderer& renderer, const ViewState& view)
 {
     constexpr int kTries = 2000;
     constexpr int64_t kPauseNs = 1'000'000;
     for (int i = 0; i < kTries; ++i) {
         app::FrameStats stats;
         terrainView.draw(view, stats);
+        renderer.finish();
         if (stats.pageIns == 0 && terrainView.drawList().wantedPages.empty()) {
             return;
         }
@@ -355,7 +357,7 @@ public:
             if (auto loaded = finder.preload(viewAt(startS)); !loaded) {
                 return loaded;
             }
-            drawComplete(finder, viewAt(startS));
+            drawComplete(finder, *_runner.renderer, viewAt(startS));
             selection.tolerancePx = finder.drawList().stats.tauPx;
         }
         _tolerances.push_back(selection.tolerancePx);
@@ -369,11 +371,12 @@ public:
             app::TerrainView terrainView(*_runner.terrain, selection, *_runner.renderer);
             for (int i = 0; i < frames; ++i) {
                 const double timeS = startS + i * kApartS;
-                drawComplete(terrainView, viewAt(timeS));
+                const ViewState before = viewAt(timeS);
+                drawComplete(terrainView, *_runner.renderer, before);
                 const ViewState view = viewAt(timeS + 1.0 / 60.0);
                 soar->select(view, _list);
                 _runner.terrain->use(number, _list.usedPages);
-                measure(terrainView, view, i % 2 == 0);
+                measure(terrainView, before, view, i % 2 == 0);
             }
         }
         _runner.terrain->detach(number);
@@ -399,26 +402,30 @@ private:
         return _runner.flight->view(timeS, _options.width, _options.height);
     }
 
-    // Each goes first in every other frame.
-    void measure(app::TerrainView& terrainView, const ViewState& view, bool oursFirst)
+    // Each goes first in every other frame, and both drew the frame before: with caches as warm.
+    void measure(app::TerrainView& terrainView, const ViewState& before, const ViewState& view,
+                 bool oursFirst)
     {
         app::FrameStats stats;
-        const auto our = [&] {
+        const auto our = [&](const ViewState& of) {
             return timed([&] {
-                terrainView.draw(view, stats);
+                terrainView.draw(of, stats);
                 _runner.renderer->read(_runner.picture);
             });
         };
-        const auto their = [&] {
-            _pages.follow(_list.usedPages);
-            _mesh.setTriangles(_list, _runner.terrain->slotOfPage());
+        const auto their = [&](const ViewState& of) {
             return timed([&] {
-                _mesh.draw(view);
+                _mesh.draw(of);
                 _mesh.read(_runner.picture);
             });
         };
-        const Timed early = oursFirst ? our() : their();
-        const Timed late = oursFirst ? their() : our();
+        _pages.follow(_list.usedPages);
+        _mesh.setTriangles(_list, _runner.terrain->slotOfPage());
+        oursFirst ? our(before) : their(before);
+        oursFirst ? their(before) : our(before);
+        stats = {};
+        const Timed early = oursFirst ? our(view) : their(view);
+        const Timed late = oursFirst ? their(view) : our(view);
         const Timed& a = oursFirst ? early : late;
         const Timed& b = oursFirst ? late : early;
         const bool counts = _list.stats.triangles >= kFewest && _list.stats.triangles <= kMost;
@@ -447,6 +454,7 @@ Json measureSoar(Runner& runner, const Options& options, const gl::Context& cont
     if (!mesh) {
         return {{"error", mesh.error().message}};
     }
+    runner.terrainView->forget(); // the page slots are for those that are compared
     SoarComparison comparison(runner, options, *mesh);
     for (int i = 0; i < options.frames; i += kFramesOfAPlace) {
         const int frames = std::min(kFramesOfAPlace, options.frames - i);
