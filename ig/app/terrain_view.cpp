@@ -151,7 +151,7 @@ bool TerrainView::draw(const ViewState& view, FrameStats& stats, bool keepPictur
     stats.selectionKept = kept;
     stats.pictureKept = keepPicture && kept && _drawn;
     const int64_t beforeBegin = steadyNs();
-    // Scheduled as usual, frames take 0.94 to 0.99 of the time where nothing else runs, but 1.15 where
+    // Scheduled as usual, frames take 0.92 to 0.99 of the time where nothing else runs, but 1.15 where
     // something else has half a core, and several times as many are late.
     if (!stats.pictureKept && hasPriority()) {
         _renderer.begin(view);

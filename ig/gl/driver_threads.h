@@ -13,8 +13,8 @@ namespace ig::gl {
 // llvmpipe has a thread for each core. They start a picture together and end it together. On two cores one
 // of them waits for the caller's core while the caller still draws, and the other waits for that one; or,
 // when the caller waits for both, they stay together on the other core. keepOff() and letBack() see to it
-// that neither happens: as usually scheduled whole frames take 0.82 to 0.89 of the time, with something else
-// busy on one core 0.88 to 0.92, with a real-time priority 0.97 to 1.02. Elsewhere they do nothing: nothing
+// that neither happens: as usually scheduled whole frames take 0.84 to 0.92 of the time, with something else
+// busy on one core 0.85 to 0.93, with a real-time priority 0.95 to 1.04. Elsewhere they do nothing: nothing
 // was measured there.
 class DriverThreads {
 public:

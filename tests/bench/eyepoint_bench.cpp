@@ -408,6 +408,7 @@ private:
     {
         app::FrameStats stats;
         const auto our = [&](const ViewState& of) {
+            stats = {};
             return timed([&] {
                 terrainView.draw(of, stats);
                 _runner.renderer->read(_runner.picture);
@@ -421,11 +422,11 @@ private:
         };
         _pages.follow(_list.usedPages);
         _mesh.setTriangles(_list, _runner.terrain->slotOfPage());
-        oursFirst ? our(before) : their(before);
-        oursFirst ? their(before) : our(before);
-        stats = {};
-        const Timed early = oursFirst ? our(view) : their(view);
-        const Timed late = oursFirst ? their(view) : our(view);
+        Timed early, late; // of the second
+        for (const ViewState* of : {&before, &view}) {
+            early = oursFirst ? our(*of) : their(*of);
+            late = oursFirst ? their(*of) : our(*of);
+        }
         const Timed& a = oursFirst ? early : late;
         const Timed& b = oursFirst ? late : early;
         const bool counts = _list.stats.triangles >= kFewest && _list.stats.triangles <= kMost;
