@@ -16,7 +16,8 @@ target_compile_options(frames_in_c PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wc
 add_test(NAME frames_in_c COMMAND frames_in_c)
 set_tests_properties(frames_in_c PROPERTIES LABELS "unit" TIMEOUT 60)
 add_dependencies(quick_tests frames_in_c)
-ig_test(test_tile_indices SOURCES ${PROJECT_SOURCE_DIR}/tests/gl/test_tile_indices.cpp LIBS ig::gl)
+ig_test(test_gl_indices SOURCES ${PROJECT_SOURCE_DIR}/tests/gl/test_tile_indices.cpp
+  ${PROJECT_SOURCE_DIR}/tests/gl/test_vertex_order.cpp LIBS ig::gl)
 
 # Render tests have a main of their own, which returns 77 where no context can be made.
 set(gl_test_dir ${PROJECT_SOURCE_DIR}/tests/gl)

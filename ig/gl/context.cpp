@@ -143,17 +143,12 @@ void Context::Impl::loadExtensions(const ContextSettings& settings)
     const std::string list = glString(GL_EXTENSIONS);
     if (settings.clipControl && hasExtension(list.c_str(), "GL_EXT_clip_control"))
         extensions.clipControl = entryPoint<PFNGLCLIPCONTROLEXTPROC>("glClipControlEXT");
-    if (settings.baseVertex && hasExtension(list.c_str(), "GL_EXT_multi_draw_arrays") &&
-        hasExtension(list.c_str(), "GL_EXT_draw_elements_base_vertex"))
-        extensions.multiDrawElementsBaseVertex =
-            entryPoint<PFNGLMULTIDRAWELEMENTSBASEVERTEXEXTPROC>("glMultiDrawElementsBaseVertexEXT");
     std::array<GLint, 2> viewportPx{};
     glGetIntegerv(GL_MAX_VIEWPORT_DIMS, viewportPx.data());
     info.largeViewport = settings.largeViewport && std::min(viewportPx[0], viewportPx[1]) >= kMostViewportPx;
     info.readDepth = hasExtension(list.c_str(), "GL_NV_read_depth");
     info.clipControl = extensions.clipControl != nullptr;
     info.flushInParts = settings.flushInParts && info.renderer.starts_with("llvmpipe");
-    info.baseVertex = extensions.multiDrawElementsBaseVertex != nullptr;
 
     if (settings.debug && hasExtension(list.c_str(), "GL_KHR_debug")) {
         const auto setCallback = entryPoint<PFNGLDEBUGMESSAGECALLBACKKHRPROC>("glDebugMessageCallbackKHR");

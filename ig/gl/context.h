@@ -16,7 +16,6 @@ struct ContextSettings {
     bool debug = false;   // KHR_debug context; its errors are counted, see Context::debugErrors
     // Extensions and driver's ways that can be done without, so that tests run the other paths.
     bool clipControl = true;
-    bool baseVertex = true;
     bool flushInParts = true;
     bool largeViewport = true;
 };
@@ -27,7 +26,6 @@ struct ContextInfo {
     std::string vendor, renderer, version; // GL's strings
     bool clipControl = false;              // EXT_clip_control: 0..1 clip range
     bool readDepth = false;                // NV_read_depth: the depth buffer can be read back
-    bool baseVertex = false;               // draws with a base vertex: the whole terrain in a few calls
     bool largeViewport = false;            // viewports of kMostViewportPx each way
     // llvmpipe: threads of its own rasterise what is flushed while the next draw calls are prepared. A driver
     // of a GPU that works tile by tile would store and load its tiles once more at every flush.

@@ -10,8 +10,6 @@ namespace ig::gl {
 
 struct Extensions {
     PFNGLCLIPCONTROLEXTPROC clipControl = nullptr; // EXT_clip_control
-    // EXT_draw_elements_base_vertex with EXT_multi_draw_arrays
-    PFNGLMULTIDRAWELEMENTSBASEVERTEXEXTPROC multiDrawElementsBaseVertex = nullptr;
 };
 
 } // namespace ig::gl

@@ -35,22 +35,23 @@ bool NullRenderer::hasVertices(uint32_t page, std::span<const int32_t> slotOfPag
 void NullRenderer::draw(const ViewState&, const lod::DrawList& list, std::span<const int32_t> slotOfPage)
 {
     ++_counts.draws;
+    uint64_t triangles = 0;
     for (const lod::DrawItem& item : list.items) {
         _counts.badTiles += hasVertices(item.page, slotOfPage) ? 0 : 1;
         ++_counts.tiles;
         const int stitched = std::popcount(item.stitch & 15U);
-        _counts.triangles +=
-            static_cast<uint64_t>(lod::kTileTriangles - lod::kStitchedSideTriangles * stitched);
+        triangles += static_cast<uint64_t>(lod::kTileTriangles - lod::kStitchedSideTriangles * stitched);
     }
     for (const lod::PageList& pageList : list.lists) {
         const bool fits = uint64_t{pageList.first} + pageList.count <= list.indices.size();
         _counts.badLists += fits && hasVertices(pageList.page, slotOfPage) ? 0 : 1;
         ++_counts.lists;
-        _counts.triangles += pageList.count / 3;
+        triangles += pageList.count / 3;
     }
+    _counts.triangles += triangles;
     const bool again = list.number != 0 && list.number == _lastNumber;
     _lastNumber = list.number;
-    _listBytes = again ? 0 : list.indices.size() * sizeof(uint16_t);
+    _listBytes = again ? 0 : triangles * 3 * sizeof(uint32_t);
 }
 
 void NullRenderer::read(std::span<std::byte> rgba)

@@ -4,6 +4,7 @@
 #include "ig/gl/egl_error.h"
 #include "ig/gl/split_position.h"
 #include "ig/gl/tile_indices.h"
+#include "ig/gl/vertex_order.h"
 #include "ig/lod/vertex_error.h"
 
 #include <fmt/format.h>
@@ -89,13 +90,15 @@ void halve(std::vector<uint32_t>& texels, size_t size)
 Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph, std::optional<uint32_t> colour)
 {
     static_assert(std::endian::native == std::endian::little, "texels are taken apart as words");
-    // A base vertex is a signed 32-bit number.
-    constexpr uint32_t kMaxSlots = INT32_MAX / kPageVertices;
+    // gl_VertexID is a signed 32-bit number; an index may be limited to fewer.
+    GLint64 maxIndex = 0;
+    glGetInteger64v(GL_MAX_ELEMENT_INDEX, &maxIndex);
+    const int64_t maxSlots = std::clamp<int64_t>(maxIndex, 0, INT32_MAX - 1) / kPageVertices;
     GLint maxLayers = 0;
     glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &maxLayers);
-    if (pageSlots == 0 || pageSlots > kMaxSlots || maxLayers < 1)
+    if (pageSlots == 0 || pageSlots > maxSlots || maxLayers < 1)
         return fail(ErrorKind::graphics,
-                    fmt::format("{} page slots are not possible: choose 1 to {}", pageSlots, kMaxSlots));
+                    fmt::format("{} page slots are not possible: choose 1 to {}", pageSlots, maxSlots));
 
     PageStore store;
     store._pageSlots = pageSlots;
@@ -167,8 +170,9 @@ void PageStore::upload(uint32_t slot, const data::PageMesh& mesh)
 
 void PageStore::packVertices(const data::PageMesh& mesh)
 {
+    const auto vertex = vertexOfPost();
     for (size_t i = 0; i < _packed.size(); ++i) {
-        PackedVertex& out = _packed[i];
+        PackedVertex& out = _packed[vertex[i]];
         for (int axis = 0; axis < 3; ++axis) {
             const SplitCoordinate split = splitCoordinate(mesh.vertex[i].m[axis]);
             out.high[axis] = split.high;
@@ -182,9 +186,10 @@ void PageStore::packVertices(const data::PageMesh& mesh)
 void PageStore::packMorphs(const data::PageMesh& mesh)
 {
     assert(mesh.morph.size() == kPageVertices);
+    const auto vertex = vertexOfPost();
     for (size_t i = 0; i < _packedMorph.size(); ++i) {
         const data::VertexMorph& in = mesh.morph[i];
-        PackedMorph& out = _packedMorph[i];
+        PackedMorph& out = _packedMorph[vertex[i]];
         out.errorCode = _morph == Morph::tiles ? powerOfTwoCode(in.toMiddleM) : in.errorCode;
         out.radiusCode = _morph == Morph::tiles ? uint8_t{0} : in.radiusCode;
         for (int axis = 0; axis < 3; ++axis)
@@ -206,21 +211,13 @@ void PageStore::uploadTexels(uint32_t slot, const data::PageMesh& mesh)
     }
 }
 
-void PageStore::enableAttributes() const
+void PageStore::pointAttributes() const
 {
-    for (const GLuint attribute : {kAttributeHigh, kAttributeLow, kAttributePost})
+    const auto point = [](GLuint attribute, GLint size, GLenum type, GLboolean normalized, size_t vertexBytes,
+                          size_t offset) {
         glEnableVertexAttribArray(attribute);
-    if (_morph != Morph::none)
-        for (const GLuint attribute : {kAttributeToMiddle, kAttributeCodes})
-            glEnableVertexAttribArray(attribute);
-}
-
-void PageStore::pointAttributes(uint32_t firstVertex) const
-{
-    const auto point = [firstVertex](GLuint attribute, GLint size, GLenum type, GLboolean normalized,
-                                     size_t vertexBytes, size_t offset) {
         glVertexAttribPointer(attribute, size, type, normalized, static_cast<GLsizei>(vertexBytes),
-                              reinterpret_cast<const void*>(firstVertex * vertexBytes + offset));
+                              reinterpret_cast<const void*>(offset));
     };
     glBindBuffer(GL_ARRAY_BUFFER, _vertices.name());
     constexpr size_t kBytes = sizeof(PackedVertex);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The pages on the GPU: one vertex buffer and texture arrays, a slot for each page. Internal to ig/gl.
+// The pages on the GPU: one vertex buffer (in each slot in the order of ig/gl/vertex_order.h) and texture
+// arrays, a slot for each page. Internal to ig/gl.
 //
 // A vertex keeps its ECEF position as a float and the rest that the float left out, so the eye (split the
 // same way) is subtracted in the vertex shader with the precision of a double, and a post that two pages
@@ -75,10 +76,9 @@ public:
     // and morphs if the store does (asserted).
     void upload(uint32_t slot, const data::PageMesh& mesh);
 
-    // Enables the attributes that the store has in the bound vertex array.
-    void enableAttributes() const;
-    // Makes the bound vertex array read vertices of this store, vertex 0 being firstVertex of the buffer.
-    void pointAttributes(uint32_t firstVertex) const;
+    // Makes the bound vertex array read the vertices of this store, in the order of vertexOfPost(), slot by
+    // slot.
+    void pointAttributes() const;
 
     uint32_t pageSlots() const noexcept { return _pageSlots; }
     // Slots are spread over several texture arrays where one has too few layers.

@@ -87,11 +87,7 @@ void main()
     gl_Position = u_clipFromRelative * vec4(relative, 1.0);
 #ifndef UNIFORM_COLOUR
     v_place = a_post * (1.0 / PAGE_INTERVALS);
-#ifdef SLOT_FROM_VERTEX
     v_layer = float(gl_VertexID / PAGE_VERTICES + u_layer);
-#else
-    v_layer = float(u_layer);
-#endif
 #endif
 #ifdef HAZE
     v_distanceM = u_along.w * length(relative) + dot(u_along.xyz, relative);
@@ -200,7 +196,6 @@ ShaderPair terrainShaders(const TerrainVariant& variant)
     define(variant.holes, "HOLES");
     define(variant.uniformColour, "UNIFORM_COLOUR");
     define(variant.fragmentDepth, "FRAGMENT_DEPTH");
-    define(variant.slotFromVertex, "SLOT_FROM_VERTEX");
     define(variant.morph == Morph::lists, "MORPH_LISTS");
     define(variant.morph == Morph::tiles, "MORPH_TILES");
     std::string vertexHead =

@@ -13,10 +13,9 @@ namespace ig::gl {
 // Every field that is false leaves its code out.
 struct TerrainVariant {
     bool haze = false;
-    bool holes = false;          // discards texels of holes
-    bool uniformColour = false;  // one texel for all
-    bool fragmentDepth = false;  // no clip control: the fragment shader writes the reversed depth
-    bool slotFromVertex = false; // base-vertex draws: the slot follows from gl_VertexID
+    bool holes = false;         // discards texels of holes
+    bool uniformColour = false; // one texel for all
+    bool fragmentDepth = false; // no clip control: the fragment shader writes the reversed depth
     Morph morph = Morph::none;
 };
 
@@ -26,12 +25,13 @@ struct ShaderPair {
 };
 
 // Attributes as in PageStore. Uniforms: u_clipFromRelative (mat4), u_eyeHigh and u_eyeLow (vec3), u_layer
-// (int, not with uniformColour), u_pages (sampler); u_hazePerM (float) and u_along (vec4:
-// what gives the distance that haze covers: 0 0 0 1 for that to the eye, axis and 0 for that along the axis)
-// with haze; u_depth (vec3: factors of 1 / w and window depth, and what is added) with fragmentDepth; with
-// any morph u_shortestM (float: what is nearer counts as that far); of lists u_morph (vec2: 1 / reach and cut
-// of lod::MorphState, zeros for vertices that stay in place), of tiles u_tile (vec4: column and row of the
-// north-west post, 1 / stride, weight) and u_sides (vec4: weights north, east, south, west).
+// (int, not with uniformColour: added to the slot that gl_VertexID gives), u_pages (sampler); u_hazePerM
+// (float) and u_along (vec4: what gives the distance that haze covers: 0 0 0 1 for that to the eye, axis and
+// 0 for that along the axis) with haze; u_depth (vec3: factors of 1 / w and window depth, and what is added)
+// with fragmentDepth; with any morph u_shortestM (float: what is nearer counts as that far); of lists u_morph
+// (vec2: 1 / reach and cut of lod::MorphState, zeros for vertices that stay in place), of tiles u_tile (vec4:
+// column and row of the north-west post, 1 / stride, weight) and u_sides (vec4: weights north, east, south,
+// west).
 ShaderPair terrainShaders(const TerrainVariant& variant);
 
 // Red, green, blue and alpha of the sky below the horizon, which is also the haze that terrain fades into.

@@ -6,6 +6,7 @@
 #include "ig/gl/program.h"
 #include "ig/gl/shaders.h"
 #include "ig/gl/split_position.h"
+#include "ig/gl/vertex_order.h"
 
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/matrix.hpp>
@@ -44,8 +45,7 @@ void setViewport(const ViewState& view, const ViewportFactor& factor)
                factor.x * view.widthPx, factor.y * view.heightPx);
 }
 
-constexpr uint32_t kNoArray = UINT32_MAX;
-constexpr uint64_t kSmallestStreamBytes = 1 << 16;
+constexpr uint64_t kSmallestIndexBytes = 1 << 16;
 // Against one part, with 14,000 triangles on two cores, whole frames: wall time 0.90 to 0.92, CPU time 0.98
 // to 1.01. With two parts wall time 0.92, with four 0.91 and CPU time 1.03.
 constexpr size_t kParts = 3;
@@ -74,7 +74,6 @@ Result<TerrainPass> TerrainPass::create(const Context& context, const PageStore&
     variant.uniformColour = settings.colour.has_value();
     variant.morph = settings.morph;
     variant.fragmentDepth = !context.info().clipControl;
-    variant.slotFromVertex = context.info().baseVertex;
     const ShaderPair source = terrainShaders(variant);
     Result<Program> program = makeProgram("terrain", source.vertex, source.fragment);
     if (!program)
@@ -104,17 +103,12 @@ Result<TerrainPass> TerrainPass::create(const Context& context, const PageStore&
     takeGlErrors();
     pass._vertexArray = makeVertexArray();
     glBindVertexArray(pass._vertexArray.name());
-    store.enableAttributes();
-    store.pointAttributes(0);
-    pass._streamed = makeBuffer();
-    pass._tileIndices = makeBuffer();
-    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, pass._tileIndices.name());
-    const std::span<const uint16_t> indices = pass._tiles.indices();
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size_bytes()), indices.data(),
-                 GL_STATIC_DRAW);
+    store.pointAttributes();
+    pass._indices = makeBuffer();
+    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, pass._indices.name());
     glBindVertexArray(0);
     if (const std::string errors = takeGlErrors(); !errors.empty())
-        return fail(ErrorKind::graphics, "no index buffer: " + errors);
+        return fail(ErrorKind::graphics, "no vertex array: " + errors);
     return pass;
 }
 
@@ -168,88 +162,149 @@ uint64_t TerrainPass::draw(const PageStore& store, const lod::DrawList& list,
                            std::span<const int32_t> slotOfPage)
 {
     assert(list.items.empty() || list.lists.empty());
+    const size_t indices = countIndices(list);
+    if (indices == 0)
+        return 0;
     glBindVertexArray(_vertexArray.name());
-    _boundArray = kNoArray;
-    size_t indices = list.indices.size();
-    for (const lod::DrawItem& item : list.items)
-        indices += _tiles.range(item).count;
+    uint64_t bytes = 0;
+    if (list.number == 0 || list.number != _streamedNumber || _clipsAny != _streamedClipsAny) {
+        bytes = indices * sizeof(uint32_t);
+        _streamedNumber = list.number;
+        _streamedClipsAny = _clipsAny;
+        if (!streamIndices(list, slotOfPage, bytes)) {
+            _streamedNumber = 0;
+            glBindVertexArray(0);
+            return 0;
+        }
+    }
+    setWeights({});
+    if (list.lists.empty())
+        setInPlace();
+    else
+        setMorph(list.morph);
+    _run = {};
     _partIndices = indices / kParts + 1;
     _unflushed = 0;
-    drawTiles(store, list.items, slotOfPage);
-    const uint64_t bytes = drawLists(store, list, slotOfPage);
+    for (const Part part : {Part::clipped, Part::unclipped}) {
+        startPart(part);
+        forEachPiece(list, slotOfPage, part, [&](const Piece& piece) { add(store, piece); });
+        drawRun();
+    }
     glBindVertexArray(0);
     return bytes;
 }
 
-void TerrainPass::drawTiles(const PageStore& store, std::span<const lod::DrawItem> items,
-                            std::span<const int32_t> slotOfPage)
+// What a part draws, in the order in which it does.
+template <class F>
+void TerrainPass::forEachPiece(const lod::DrawList& list, std::span<const int32_t> slotOfPage, Part part,
+                               F&& take) const
 {
-    if (items.empty())
-        return;
-    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, _tileIndices.name());
-    if (_morph >= 0)
-        glUniform2f(_morph, 0.0F, 0.0F);
-    _weighted = true;
-    for (const Part part : {Part::clipped, Part::unclipped}) {
-        startPart(part);
-        for (const lod::DrawItem& item : items) {
-            if ((item.unclipped && !_clipsAny) != (part == Part::unclipped))
-                continue;
-            if (_tile >= 0)
-                setWeights(item);
-            add(store, slotOf(item.page, slotOfPage), tileCorner(item), _tiles.range(item));
-        }
-        drawBatch();
+    const auto takeOf = [&](uint32_t page, uint32_t corner, std::span<const uint16_t> posts,
+                            const lod::DrawItem* tile) {
+        const int32_t slot = slotOf(page, slotOfPage);
+        if (slot >= 0 && !posts.empty())
+            take(Piece{static_cast<uint32_t>(slot), corner, posts, tile});
+    };
+    for (const lod::DrawItem& item : list.items) {
+        if ((item.unclipped && !_clipsAny) != (part == Part::unclipped))
+            continue;
+        const TileIndices::Range range = _tiles.range(item);
+        takeOf(item.page, tileCorner(item), _tiles.indices().subspan(range.first, range.count), &item);
+    }
+    for (const lod::PageList& pageList : list.lists) {
+        const auto posts = std::span(list.indices).subspan(pageList.first, pageList.count);
+        const uint32_t unclipped = _clipsAny ? 0 : pageList.unclipped;
+        takeOf(pageList.page, 0, part == Part::unclipped ? posts.first(unclipped) : posts.subspan(unclipped),
+               nullptr);
     }
 }
 
-// Tiles on the way have uniforms of their own; those at rest share theirs, and their draw calls.
-void TerrainPass::setWeights(const lod::DrawItem& item)
+size_t TerrainPass::countIndices(const lod::DrawList& list) const noexcept
+{
+    size_t indices = 0;
+    for (const lod::DrawItem& item : list.items)
+        indices += _tiles.range(item).count;
+    for (const lod::PageList& pageList : list.lists)
+        indices += pageList.count;
+    return indices;
+}
+
+// From posts of pages to vertices of the store. Into new memory of the driver's for each frame, so that it
+// need not wait for the last frame's draws. False where it has none: the error is GL's.
+bool TerrainPass::streamIndices(const lod::DrawList& list, std::span<const int32_t> slotOfPage,
+                                uint64_t bytes)
+{
+    _indexBytes = std::max({_indexBytes, kSmallestIndexBytes, std::bit_ceil(bytes)});
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(_indexBytes), nullptr, GL_STREAM_DRAW);
+    auto* to =
+        static_cast<uint32_t*>(glMapBufferRange(GL_ELEMENT_ARRAY_BUFFER, 0, static_cast<GLsizeiptr>(bytes),
+                                                GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_BUFFER_BIT));
+    if (to == nullptr)
+        return false;
+    const uint16_t* const vertex = vertexOfPost().data();
+    for (const Part part : {Part::clipped, Part::unclipped}) {
+        forEachPiece(list, slotOfPage, part, [&](const Piece& piece) {
+            const uint32_t first = piece.slot * kPageVertices;
+            const uint16_t* const ofCorner = vertex + piece.corner;
+            for (const uint16_t post : piece.posts)
+                *to++ = first + ofCorner[post];
+        });
+    }
+    return glUnmapBuffer(GL_ELEMENT_ARRAY_BUFFER) == GL_TRUE;
+}
+
+// To the run of indices that the next call draws; what needs other uniforms or textures begins another.
+void TerrainPass::add(const PageStore& store, const Piece& piece)
+{
+    assert(piece.slot < store.pageSlots());
+    if (piece.tile != nullptr && weightsOf(*piece.tile) != _weights) {
+        drawRun();
+        setWeights(weightsOf(*piece.tile));
+    }
+    if (const uint32_t array = piece.slot / store.slotsPerArray(); array != _run.array) {
+        drawRun();
+        store.bindArray(array);
+        _run.array = array;
+        if (_layer >= 0) // of the array, from the slot that the vertex number gives
+            glUniform1i(_layer, -static_cast<GLint>(array * store.slotsPerArray()));
+    }
+    _run.end += piece.posts.size();
+    _unflushed += piece.posts.size();
+    if (_flushInParts && _unflushed >= _partIndices) {
+        drawRun();
+        glFlush();
+        _unflushed = 0;
+    }
+}
+
+void TerrainPass::drawRun()
+{
+    if (_run.end > _run.first)
+        glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(_run.end - _run.first), GL_UNSIGNED_INT,
+                       reinterpret_cast<const void*>(_run.first * sizeof(uint32_t)));
+    _run.first = _run.end;
+}
+
+// Tiles at rest share theirs, and their draw calls.
+TerrainPass::TileWeights TerrainPass::weightsOf(const lod::DrawItem& item) noexcept
 {
     const auto& side = item.sideWeight;
-    const bool atRest = item.weight >= 1.0F &&
-                        std::all_of(side.begin(), side.end(), [](float weight) { return weight >= 1.0F; });
-    if (atRest && !_weighted)
-        return;
-    drawBatch();
+    if (item.weight >= 1.0F &&
+        std::all_of(side.begin(), side.end(), [](float weight) { return weight >= 1.0F; }))
+        return {};
     const int posts = item.stride * lod::kTileIntervals;
-    glUniform4f(_tile, static_cast<float>(item.windowX * posts), static_cast<float>(item.windowY * posts),
-                1.0F / static_cast<float>(item.stride), item.weight);
-    glUniform4fv(_sides, 1, side.data());
-    _weighted = !atRest;
+    return {{static_cast<float>(item.windowX * posts), static_cast<float>(item.windowY * posts),
+             1.0F / static_cast<float>(item.stride), item.weight},
+            side};
 }
 
-uint64_t TerrainPass::drawLists(const PageStore& store, const lod::DrawList& list,
-                                std::span<const int32_t> slotOfPage)
+void TerrainPass::setWeights(const TileWeights& weights)
 {
-    if (list.lists.empty())
-        return 0;
-    if (_tile >= 0) {
-        glUniform4f(_tile, 0.0F, 0.0F, 1.0F, 1.0F);
-        glUniform4f(_sides, 1.0F, 1.0F, 1.0F, 1.0F);
-    }
-    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, _streamed.name());
-    uint64_t bytes = 0;
-    if (list.number == 0 || list.number != _streamedNumber) {
-        streamIndices(list.indices);
-        _streamedNumber = list.number;
-        bytes = list.indices.size() * sizeof(uint16_t);
-    }
-    setMorph(list.morph);
-    for (const Part part : {Part::clipped, Part::unclipped}) {
-        startPart(part);
-        for (const lod::PageList& pageList : list.lists) {
-            const uint32_t unclipped = _clipsAny ? 0 : pageList.unclipped;
-            const TileIndices::Range range =
-                part == Part::unclipped
-                    ? TileIndices::Range{pageList.first, unclipped}
-                    : TileIndices::Range{pageList.first + unclipped, pageList.count - unclipped};
-            if (range.count > 0)
-                add(store, slotOf(pageList.page, slotOfPage), 0, range);
-        }
-        drawBatch();
-    }
-    return bytes;
+    _weights = weights;
+    if (_tile < 0)
+        return;
+    glUniform4fv(_tile, 1, weights.tile.data());
+    glUniform4fv(_sides, 1, weights.side.data());
 }
 
 // Where a draw call has triangles to clip, Mesa's software path tells front from back by its vertices in
@@ -266,6 +321,13 @@ void TerrainPass::startPart(Part part) const
         glDisable(GL_CULL_FACE);
 }
 
+// Vertices of tiles, in a shader that moves those of lists.
+void TerrainPass::setInPlace() const
+{
+    if (_morph >= 0)
+        glUniform2f(_morph, 0.0F, 0.0F);
+}
+
 void TerrainPass::setMorph(const lod::MorphState& morph) const
 {
     if (_morph >= 0) {
@@ -273,64 +335,6 @@ void TerrainPass::setMorph(const lod::MorphState& morph) const
         const float perReach = morph.reach > 0.0F ? std::min(1.0F / morph.reach, 1e30F) : 1e30F;
         glUniform2f(_morph, perReach, morph.cutM);
     }
-}
-
-// A new store for each frame, so that the driver need not wait for the last frame's draws.
-void TerrainPass::streamIndices(std::span<const uint16_t> indices)
-{
-    _streamBytes =
-        std::max({_streamBytes, kSmallestStreamBytes, std::bit_ceil(uint64_t{indices.size_bytes()})});
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(_streamBytes), nullptr, GL_STREAM_DRAW);
-    glBufferSubData(GL_ELEMENT_ARRAY_BUFFER, 0, static_cast<GLsizeiptr>(indices.size_bytes()),
-                    indices.data());
-}
-
-void TerrainPass::add(const PageStore& store, int32_t slot, uint32_t post, const TileIndices::Range& range)
-{
-    if (slot < 0)
-        return;
-    const auto number = static_cast<uint32_t>(slot);
-    assert(number < store.pageSlots());
-    const uint32_t array = number / store.slotsPerArray();
-    const bool baseVertex = _extensions->multiDrawElementsBaseVertex != nullptr;
-    if (array != _boundArray) {
-        drawBatch();
-        store.bindArray(array);
-        _boundArray = array;
-        if (baseVertex && _layer >= 0) // of the array, from the slot that the vertex number gives
-            glUniform1i(_layer, -static_cast<GLint>(array * store.slotsPerArray()));
-    }
-    const uint32_t vertex = number * kPageVertices + post;
-    const auto* offset = reinterpret_cast<const void*>(range.first * sizeof(uint16_t));
-    if (!baseVertex) {
-        store.pointAttributes(vertex);
-        if (_layer >= 0)
-            glUniform1i(_layer, static_cast<GLint>(number % store.slotsPerArray()));
-        glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(range.count), GL_UNSIGNED_SHORT, offset);
-    } else {
-        if (_batch.size == Batch::kCapacity)
-            drawBatch();
-        _batch.count[_batch.size] = static_cast<GLsizei>(range.count);
-        _batch.offset[_batch.size] = offset;
-        _batch.baseVertex[_batch.size] = static_cast<GLint>(vertex);
-        ++_batch.size;
-    }
-    _unflushed += range.count;
-    if (_flushInParts && _unflushed >= _partIndices) {
-        drawBatch();
-        glFlush();
-        _unflushed = 0;
-    }
-}
-
-void TerrainPass::drawBatch()
-{
-    if (_batch.size == 0)
-        return;
-    _extensions->multiDrawElementsBaseVertex(GL_TRIANGLES, _batch.count.data(), GL_UNSIGNED_SHORT,
-                                             _batch.offset.data(), static_cast<GLsizei>(_batch.size),
-                                             _batch.baseVertex.data());
-    _batch.size = 0;
 }
 
 } // namespace ig::gl

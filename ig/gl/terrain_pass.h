@@ -18,7 +18,7 @@ namespace ig::gl {
 
 class TerrainPass {
 public:
-    // Error (graphics): a shader that does not compile, no memory for the indices.
+    // Error (graphics): a shader that does not compile, no vertex array.
     static Result<TerrainPass> create(const Context& context, const PageStore& store,
                                       const RendererSettings& settings);
 
@@ -30,8 +30,9 @@ public:
 
     // Draws tiles or page lists in the given order, first, both faces of it, what may have to be clipped
     // (terrain_pass.cpp) and then what need not; one whose page has no slot is left out (asserted).
-    // A few GL calls for all of them with base-vertex draws, and three for each tile that is on the way;
-    // without, two and one per attribute for each. Returns the bytes of indices that it streamed.
+    // A few GL calls for all of them, and three for each tile that is on the way. Returns the bytes of
+    // indices that it streamed: 0 where they are those of the list before, by its number, or where the driver
+    // has no memory for them (nothing is drawn).
     uint64_t draw(const PageStore& store, const lod::DrawList& list, std::span<const int32_t> slotOfPage);
 
     // What a frame draws in two turns: what needs no clipping, and before it what may.
@@ -42,30 +43,41 @@ public:
     void startPart(Part part) const;
     void setMorph(const lod::MorphState& morph) const;
 
-    // Range of an item in the index buffer's copy, for those who make lists of their own.
+    // For those who make lists of their own.
     const TileIndices& tiles() const noexcept { return _tiles; }
-    uint64_t gpuBytes() const noexcept { return _tiles.indices().size_bytes() + _streamBytes; }
+    uint64_t gpuBytes() const noexcept { return _indexBytes; }
 
 private:
-    // What is collected for one multi-draw call.
-    struct Batch {
-        static constexpr size_t kCapacity = 256;
-        size_t size = 0;
-        std::array<GLsizei, kCapacity> count{};
-        std::array<const void*, kCapacity> offset{};
-        std::array<GLint, kCapacity> baseVertex{};
+    // Triangles of one page: posts, less that of a corner. A tile has weights, too.
+    struct Piece {
+        uint32_t slot;
+        uint32_t corner;
+        std::span<const uint16_t> posts;
+        const lod::DrawItem* tile;
+    };
+    // Of a tile's vertices: the uniforms u_tile and u_sides. As they are here, all are in their places.
+    struct TileWeights {
+        std::array<float, 4> tile{0, 0, 1, 1};
+        std::array<float, 4> side{1, 1, 1, 1};
+        friend bool operator==(const TileWeights&, const TileWeights&) = default;
+    };
+    static constexpr uint32_t kNoArray = UINT32_MAX;
+    // Indices of the buffer that are drawn by one call, and the texture array that is bound for them.
+    struct Run {
+        size_t first = 0, end = 0;
+        uint32_t array = kNoArray;
     };
 
-    void drawTiles(const PageStore& store, std::span<const lod::DrawItem> items,
-                   std::span<const int32_t> slotOfPage);
-    void setWeights(const lod::DrawItem& item);
-    uint64_t drawLists(const PageStore& store, const lod::DrawList& list,
-                       std::span<const int32_t> slotOfPage);
-    void streamIndices(std::span<const uint16_t> indices);
-    // Draws indices of the bound index buffer, vertex 0 being a post of a page; with base-vertex draws not
-    // before drawBatch().
-    void add(const PageStore& store, int32_t slot, uint32_t post, const TileIndices::Range& range);
-    void drawBatch();
+    template <class F>
+    void forEachPiece(const lod::DrawList& list, std::span<const int32_t> slotOfPage, Part part,
+                      F&& take) const;
+    size_t countIndices(const lod::DrawList& list) const noexcept;
+    bool streamIndices(const lod::DrawList& list, std::span<const int32_t> slotOfPage, uint64_t bytes);
+    void add(const PageStore& store, const Piece& piece);
+    void drawRun();
+    static TileWeights weightsOf(const lod::DrawItem& item) noexcept;
+    void setWeights(const TileWeights& weights);
+    void setInPlace() const;
 
     const Extensions* _extensions = nullptr; // the context's
     Program _program;
@@ -73,19 +85,18 @@ private:
           _along = -1, _shortestM = -1, _morph = -1, _tile = -1, _sides = -1;
     double _visibilityM = 0; // where the view says none
     VertexArray _vertexArray;
-    Buffer _tileIndices;
-    Buffer _streamed; // indices of page lists, new in every frame
-    uint64_t _streamBytes = 0;
-    uint64_t _streamedNumber = 0; // of the list whose indices are there; 0: of none
+    Buffer _indices; // new in every frame that draws another list
+    uint64_t _indexBytes = 0;
+    uint64_t _streamedNumber = 0;   // of the list whose indices are there; 0: of none
+    bool _streamedClipsAny = false; // _clipsAny, with which they were put in order
     TileIndices _tiles;
-    Batch _batch;
-    uint32_t _boundArray = 0;
+    Run _run;
+    TileWeights _weights;        // that are set
     bool _flushInParts = false;  // ContextInfo::flushInParts
     size_t _partIndices = 0;     // that make a part of this frame
     size_t _unflushed = 0;       // indices of the part so far
     bool _largeViewport = false; // ContextInfo::largeViewport
     bool _clipsAny = false;      // of the frame: whatever the lists say, ground may be clipped
-    bool _weighted = false;      // the uniforms of tiles are those of a tile on the way
 };
 
 } // namespace ig::gl

@@ -3,6 +3,7 @@
 
 #include "ig/gl/shaders.h"
 #include "ig/gl/tile_indices.h"
+#include "ig/gl/vertex_order.h"
 
 #include <utility>
 
@@ -12,8 +13,6 @@ using namespace ig::gl;
 
 ig::Result<StaticMesh> StaticMesh::create(const Context& context, const RendererSettings& settings)
 {
-    if (!context.info().baseVertex)
-        return ig::fail(ig::ErrorKind::graphics, "the static mesh needs a driver with base-vertex draws");
     ig::Result<Target> target = Target::create(settings.widthPx, settings.heightPx);
     if (!target)
         return ig::Unexpected{target.error()};
@@ -36,8 +35,7 @@ ig::Result<StaticMesh> StaticMesh::create(const Context& context, const Renderer
     mesh._vertexArray = makeVertexArray();
     mesh._indices = makeBuffer();
     glBindVertexArray(mesh._vertexArray.name());
-    mesh._store.enableAttributes();
-    mesh._store.pointAttributes(0);
+    mesh._store.pointAttributes();
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh._indices.name());
     glBindVertexArray(0);
     return mesh;
@@ -47,22 +45,21 @@ void StaticMesh::setTriangles(const ig::lod::DrawList& list, std::span<const int
 {
     std::vector<uint32_t> unclipped;
     _scratch.clear();
-    const auto append = [](std::vector<uint32_t>& to, uint32_t base, std::span<const uint16_t> indices) {
-        for (const uint16_t index : indices)
-            to.push_back(base + index);
+    const auto append = [](std::vector<uint32_t>& to, int32_t slot, uint32_t corner,
+                           std::span<const uint16_t> posts) {
+        for (const uint16_t post : posts)
+            to.push_back(static_cast<uint32_t>(slot) * kPageVertices + vertexOfPost()[corner + post]);
     };
     const TileIndices& tiles = _terrain.tiles();
     for (const ig::lod::DrawItem& item : list.items) {
-        const uint32_t base = static_cast<uint32_t>(slotOfPage[item.page]) * kPageVertices + tileCorner(item);
         const TileIndices::Range range = tiles.range(item);
-        append(item.unclipped ? unclipped : _scratch, base,
+        append(item.unclipped ? unclipped : _scratch, slotOfPage[item.page], tileCorner(item),
                tiles.indices().subspan(range.first, range.count));
     }
     for (const ig::lod::PageList& pageList : list.lists) {
-        const uint32_t base = static_cast<uint32_t>(slotOfPage[pageList.page]) * kPageVertices;
-        const auto indices = std::span(list.indices).subspan(pageList.first, pageList.count);
-        append(unclipped, base, indices.first(pageList.unclipped));
-        append(_scratch, base, indices.subspan(pageList.unclipped));
+        const auto posts = std::span(list.indices).subspan(pageList.first, pageList.count);
+        append(unclipped, slotOfPage[pageList.page], 0, posts.first(pageList.unclipped));
+        append(_scratch, slotOfPage[pageList.page], 0, posts.subspan(pageList.unclipped));
     }
     _clipped = static_cast<GLsizei>(_scratch.size());
     _scratch.insert(_scratch.end(), unclipped.begin(), unclipped.end());

@@ -17,8 +17,8 @@ namespace bench {
 
 class StaticMesh {
 public:
-    // Needs base-vertex draws (the shader that finds a page by vertex number) and at most one texture
-    // array's worth of slots; error (graphics) otherwise, and what Renderer::create fails with.
+    // At most one texture array's worth of slots; error (graphics) otherwise, and what Renderer::create fails
+    // with.
     static ig::Result<StaticMesh> create(const ig::gl::Context& context,
                                          const ig::gl::RendererSettings& settings);
 

@@ -46,7 +46,7 @@ ig::gl::RendererSettings small()
 
 TEST_CASE("seen from above with the nose north, north is up and east is right", "[gl]")
 {
-    const ig::gl::ContextSettings fallback{.clipControl = false, .baseVertex = false};
+    const ig::gl::ContextSettings fallback{.clipControl = false};
     for (const ig::gl::ContextSettings& context : {ig::gl::ContextSettings{}, fallback}) {
         Stage stage(small(), context);
         const Image image = stage.draw(viewFrom(above(2000.0), {0.0, kDown, 0.0}, 1.0, 160, 120),

@@ -25,7 +25,7 @@ const std::array<ig::Geodetic, 5> kPlaces{{{0.3, 0.2, 800.0},
 
 const std::array<ig::gl::ContextSettings, 2> kContexts{{
     {},
-    {.clipControl = false, .baseVertex = false},
+    {.clipControl = false},
 }};
 
 ig::gl::RendererSettings settings()

@@ -19,7 +19,7 @@ constexpr int kHeightPx = 200;
 
 const std::array<ig::gl::ContextSettings, 2> kContexts{{
     {},
-    {.clipControl = false, .baseVertex = false},
+    {.clipControl = false},
 }};
 
 const ig::Geodetic kPlace{0.8, -1.57, 4000.0};
