@@ -3,9 +3,10 @@
 //   static    frames through the draw list against the same triangles from one static index buffer with the
 //             same shaders, frame by frame in turn
 //   soar      whole frames, selection included, at the tolerance at which plain SOAR (per vertex, everything
-//             evaluated in each frame) draws about 26,000 triangles, against SOAR's own triangles from an
-//             index buffer with the same shaders: neither its selection nor the upload of its indices is
-//             counted
+//             evaluated in each frame) draws about 26,000 triangles, against SOAR's own list, depth first as
+//             its recursion makes it, from an index buffer with the same shaders: neither its selection nor
+//             the upload of its indices is counted. Then the same against SOAR's triangles in our order,
+//             the nearest page first
 //   size      frames over a large terrain against a small one, frame by frame in turn
 //   pace      a paced flight: p99 / mean of the frame time, missed frames, shares of selection and of list
 //             making; with a fixed budget and with the budget that holds --frame-time. Of the frames that
@@ -343,8 +344,12 @@ void drawComplete(app::TerrainView& terrainView, gl::Renderer& renderer, const V
 // Whole frames against SOAR's triangles, by the places of the flight. With a method that draws page lists.
 class SoarComparison {
 public:
-    SoarComparison(Runner& runner, const Options& options, bench::StaticMesh& mesh)
-        : _runner(runner), _options(options), _mesh(mesh), _pages(runner, mesh)
+    // Of SOAR's list: as it comes, depth first; or with the pages nearest first and what may be clipped
+    // before the rest, as ours are.
+    enum class Order { ownOfSoar, ours };
+
+    SoarComparison(Runner& runner, const Options& options, bench::StaticMesh& mesh, Order order)
+        : _runner(runner), _options(options), _mesh(mesh), _pages(runner, mesh), _order(order)
     {
     }
 
@@ -421,7 +426,12 @@ private:
             });
         };
         _pages.follow(_list.usedPages);
-        _mesh.setTriangles(_list, _runner.terrain->slotOfPage());
+        if (_order == Order::ownOfSoar) {
+            _mesh.setTrianglesDepthFirst(_list, _runner.terrain->slotOfPage(), _runner.terrain->info().shape,
+                                         _runner.terrain->dataset().pages());
+        } else {
+            _mesh.setTriangles(_list, _runner.terrain->slotOfPage());
+        }
         Timed early, late; // of the second
         for (const ViewState* of : {&before, &view}) {
             early = oursFirst ? our(*of) : their(*of);
@@ -442,12 +452,14 @@ private:
     const Options& _options;
     bench::StaticMesh& _mesh;
     StaticPages _pages;
+    Order _order;
     lod::DrawList _list; // SOAR's
     int _warmUp = kWarmUpFrames;
     std::vector<double> _tolerances, _wallRatios, _cpuRatios, _ours, _theirs;
 };
 
-Json measureSoar(Runner& runner, const Options& options, const gl::Context& context)
+Json measureSoar(Runner& runner, const Options& options, const gl::Context& context,
+                 SoarComparison::Order order)
 {
     constexpr int kFramesOfAPlace = 10;
     constexpr double kApartS = 4.0; // in flight, from place to place
@@ -456,7 +468,7 @@ Json measureSoar(Runner& runner, const Options& options, const gl::Context& cont
         return {{"error", mesh.error().message}};
     }
     runner.terrainView->forget(); // the page slots are for those that are compared
-    SoarComparison comparison(runner, options, *mesh);
+    SoarComparison comparison(runner, options, *mesh, order);
     for (int i = 0; i < options.frames; i += kFramesOfAPlace) {
         const int frames = std::min(kFramesOfAPlace, options.frames - i);
         if (auto measured = comparison.measureFrom(i / kFramesOfAPlace * kApartS, frames); !measured) {
@@ -722,7 +734,9 @@ Result<Json> run(const Options& options)
         report["static"] = measureStatic(**runner, options, *context);
     }
     if (options.wants("soar") && options.method != "geomip") {
-        report["soar"] = measureSoar(**runner, options, *context);
+        using Order = SoarComparison::Order;
+        report["soar"] = measureSoar(**runner, options, *context, Order::ownOfSoar);
+        report["soar_in_our_order"] = measureSoar(**runner, options, *context, Order::ours);
     }
     uint32_t overBudget = 0;
     if (options.wants("size") && !options.small.empty()) {
