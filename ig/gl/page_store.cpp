@@ -90,10 +90,10 @@ void halve(std::vector<uint32_t>& texels, size_t size)
 Result<PageStore> PageStore::create(uint32_t pageSlots, Morph morph, std::optional<uint32_t> colour)
 {
     static_assert(std::endian::native == std::endian::little, "texels are taken apart as words");
-    // gl_VertexID is a signed 32-bit number; an index may be limited to fewer.
+    // gl_VertexID is a signed 32-bit number; an index may be limited to fewer, but not below 2^24 - 1.
     GLint64 maxIndex = 0;
     glGetInteger64v(GL_MAX_ELEMENT_INDEX, &maxIndex);
-    const int64_t maxSlots = std::clamp<int64_t>(maxIndex, 0, INT32_MAX - 1) / kPageVertices;
+    const int64_t maxSlots = std::clamp<int64_t>(maxIndex, (1 << 24) - 1, INT32_MAX - 1) / kPageVertices;
     GLint maxLayers = 0;
     glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &maxLayers);
     if (pageSlots == 0 || pageSlots > maxSlots || maxLayers < 1)
