@@ -31,7 +31,7 @@ struct FrameStats {
     lod::LodStats lod;
     uint32_t pageIns = 0;       // since the last frame
     uint64_t bytesUploaded = 0; // of pages
-    uint64_t listBytes = 0;     // of index lists, handed to GL
+    uint64_t listBytes = 0;     // of indices, of lists and tiles, handed to GL
     bool selectionKept = false; // the view was that of the frame before: nothing was selected
     bool pictureKept = false;   // nor drawn
 };

@@ -257,9 +257,11 @@ bool TerrainPass::streamIndices(const lod::DrawList& list, std::span<const int32
 void TerrainPass::add(const PageStore& store, const Piece& piece)
 {
     assert(piece.slot < store.pageSlots());
-    if (piece.tile != nullptr && weightsOf(*piece.tile) != _weights) {
-        drawRun();
-        setWeights(weightsOf(*piece.tile));
+    if (_tile >= 0 && piece.tile != nullptr) {
+        if (const TileWeights weights = weightsOf(*piece.tile); weights != _weights) {
+            drawRun();
+            setWeights(weights);
+        }
     }
     if (const uint32_t array = piece.slot / store.slotsPerArray(); array != _run.array) {
         drawRun();

@@ -48,12 +48,12 @@ public:
     uint64_t gpuBytes() const noexcept { return _indexBytes; }
 
 private:
-    // Triangles of one page: posts, less that of a corner. A tile has weights, too.
+    // Triangles of one page, three posts each, counted from a corner (0 but for a tile: tileCorner()).
     struct Piece {
         uint32_t slot;
         uint32_t corner;
         std::span<const uint16_t> posts;
-        const lod::DrawItem* tile;
+        const lod::DrawItem* tile; // null: of a page list
     };
     // Of a tile's vertices: the uniforms u_tile and u_sides. As they are here, all are in their places.
     struct TileWeights {

@@ -105,7 +105,7 @@ void StaticMesh::setTriangles(const ig::lod::DrawList& list, std::span<const int
     }
     const size_t clipped = _scratch.size();
     _scratch.insert(_scratch.end(), unclipped.begin(), unclipped.end());
-    store(_scratch, clipped, list.morph);
+    setIndices(_scratch, clipped, list.morph);
 }
 
 void StaticMesh::setTrianglesDepthFirst(const ig::lod::DrawList& list, std::span<const int32_t> slotOfPage,
@@ -138,10 +138,11 @@ void StaticMesh::setTrianglesDepthFirst(const ig::lod::DrawList& list, std::span
     _scratch.clear();
     for (const Triangle& triangle : triangles)
         _scratch.insert(_scratch.end(), triangle.vertex.begin(), triangle.vertex.end());
-    store(_scratch, 0, list.morph);
+    setIndices(_scratch, 0, list.morph);
 }
 
-void StaticMesh::store(std::span<const uint32_t> indices, size_t clipped, const ig::lod::MorphState& morph)
+void StaticMesh::setIndices(std::span<const uint32_t> indices, size_t clipped,
+                            const ig::lod::MorphState& morph)
 {
     _clipped = static_cast<GLsizei>(clipped);
     _count = static_cast<GLsizei>(indices.size());

@@ -29,7 +29,7 @@ public:
     void setTriangles(const ig::lod::DrawList& list, std::span<const int32_t> slotOfPage);
 
     // The same with all triangles in the order in which a depth-first walk of the bisection comes to them, as
-    // SOAR hands them to the graphics hardware (Lindstrom & Pascucci 2002, section 3): neighbours follow
+    // SOAR hands them to the graphics hardware (Lindstrom & Pascucci 2002): neighbours follow
     // each other, near and far come as they may. Back faces of all are dropped, none is told to be clipped.
     void setTrianglesDepthFirst(const ig::lod::DrawList& list, std::span<const int32_t> slotOfPage,
                                 const ig::lod::TerrainShape& shape, std::span<const ig::lod::PageNode> pages);
@@ -39,7 +39,8 @@ public:
     void read(std::span<std::byte> rgba) const { _target.read(rgba); }
 
 private:
-    void store(std::span<const uint32_t> indices, size_t clipped, const ig::lod::MorphState& morph);
+    // The first `clipped` of them are drawn as what may have to be clipped.
+    void setIndices(std::span<const uint32_t> indices, size_t clipped, const ig::lod::MorphState& morph);
 
     ig::gl::Target _target;
     ig::gl::PageStore _store;
