@@ -380,6 +380,45 @@ TEST_CASE("pages that cross the sides of the view draw what an all-new selection
     }
 }
 
+// A narrow view sweeps over land that a wide one sees all the time.
+TEST_CASE("lists out of view wait until they are seen, and are then those of an all-new selection")
+{
+    for (const bool cullVertices : kMethods) {
+        for (const Named& named : terrains()) {
+            TreeSettings settings = settingsOf(100'000, 4.0F, cullVertices);
+            const auto live = test::makeSelector(named.terrain, settings);
+            settings.liveRanges = false;
+            const auto plain = test::makeSelector(named.terrain, settings);
+            const auto wide = test::makeSelector(named.terrain, settings);
+            uint64_t made = 0, inView = 0, inWideView = 0;
+            DrawList a, b, c;
+            for (int frame = 0; frame < 240; ++frame) {
+                const double heading = 0.7 * std::sin(0.05 * frame);
+                ViewState view = test::look(test::at(named.terrain.shape, 128, 180 - 0.05 * frame, 900),
+                                            {heading, -0.3, 0});
+                wide->select(view, c);
+                view.frustum.left *= 0.1;
+                view.frustum.right *= 0.1;
+                live->select(view, a);
+                plain->select(view, b);
+                INFO(named.name << (cullVertices ? " bintree " : " hybrid ") << frame);
+                REQUIRE(a.stats.tauPx == c.stats.tauPx); // of one active set, if not culled
+                REQUIRE(a.indices == b.indices);
+                REQUIRE(a.stats.errorPx == b.stats.errorPx);
+                made += frame > 0 ? a.stats.listsMade : 0;
+                inView += b.stats.listsMade; // from nothing, all of them
+                inWideView += c.stats.listsMade;
+            }
+            INFO(named.name << ": " << made << " of " << inView << " of " << inWideView);
+            CHECK(made < inView);
+            if (std::string(named.name) == "hills" || std::string(named.name) == "wide") {
+                // Of the pages that both see the narrow view has but some.
+                CHECK(static_cast<double>(inView) < 0.63 * static_cast<double>(inWideView));
+            }
+        }
+    }
+}
+
 TEST_CASE("entries that are void before their time make room, and the active set stays what it has to be")
 {
     const test::TreeTerrain& terrain = terrains().front().terrain;
@@ -429,7 +468,7 @@ TEST_CASE("the census counts the triangles that the bin-tree then draws, at ever
                 INFO(named.name << ' ' << i << " tau " << tolerancePx << ": drawn " << list.stats.triangles
                                 << ", counted " << counted);
                 // Bins are 1.6 %; balls round what is coarse reach far into the frustum.
-                CHECK(std::abs(counted - list.stats.triangles) <= 0.1 * list.stats.triangles + 250);
+                CHECK(std::abs(counted - list.stats.triangles) <= 0.1 * list.stats.triangles + 300);
                 const double reach = census.reachFor(counted);
                 CHECK(census.triangles(reach) <= counted);
                 CHECK(reach * 1.02 >= double{list.morph.reach}); // no smaller than it has to be
@@ -452,13 +491,38 @@ TEST_CASE("a jump comes to its budget in few trials")
             for (int i = 0; i < 40; ++i) {
                 selector->select(randomView(named.terrain, random), list);
                 INFO(named.name << (cullVertices ? " bintree " : " hybrid ") << i);
-                CHECK(list.stats.trials <= 10);
+                CHECK(list.stats.trials <= 12);
                 trials += list.stats.trials;
                 ++jumps;
             }
         }
     }
     CHECK(trials < 2 * jumps);
+}
+
+TEST_CASE("a quick turn leads tau by steps that the morph follows, whatever comes into view")
+{
+    const Named& hills = terrains().front();
+    for (const bool cullVertices : kMethods) {
+        const auto selector = test::makeSelector(hills.terrain, settingsOf(3'000, 0.1F, cullVertices));
+        DrawList list;
+        double before = 0;
+        uint32_t fewest = UINT32_MAX;
+        for (int frame = 0; frame < 360; ++frame) {
+            // From the edge of the land, now over it and now away from it.
+            const ViewState view =
+                test::look(test::at(hills.terrain.shape, 20, 128, 900), {kPi / 2 + 0.03 * frame, -0.25, 0});
+            selector->select(view, list);
+            const double reach = double{list.morph.reach};
+            if (frame > 0) {
+                INFO((cullVertices ? "bintree " : "hybrid ") << frame << ": " << list.stats.triangles);
+                REQUIRE(reach <= before * (1.0 + kMorphBand / 4) * 1.0001);
+            }
+            before = reach;
+            fewest = std::min(fewest, list.stats.triangles);
+        }
+        CHECK(fewest < 1'500); // less than half of the budget, and yet no jump of tau
+    }
 }
 
 TEST_CASE("what a fast flight held back comes in over as many frames as any other vertex")

@@ -10,6 +10,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 namespace ig::lod {
 
@@ -24,6 +25,16 @@ constexpr int kWindowLevel = 4;
 constexpr float kRoundingShare = 1e-6F;
 constexpr size_t kLineBytes = 64; // of a cache
 
+// Posts of a page, of its windows.
+int westOf(size_t window)
+{
+    return static_cast<int>(window) % 4 * kWindow;
+}
+int northOf(size_t window)
+{
+    return static_cast<int>(window) / 4 * kWindow;
+}
+
 bool any(const auto& four)
 {
     return (four[0] | four[1] | four[2] | four[3]) != 0;
@@ -32,7 +43,7 @@ bool any(const auto& four)
 } // namespace
 
 PageLists::PageLists(const PageGraph& graph, const VertexTree& tree, size_t mostIndices)
-    : _graph(graph), _tree(tree), _pages(graph.slots()), _whole(graph.slots())
+    : _graph(graph), _tree(tree), _pages(graph.slots()), _windows(graph.slots()), _whole(graph.slots())
 {
     _drawn.reserve(graph.slots());
     _gathered.reserve(mostIndices);
@@ -87,7 +98,7 @@ void PageLists::update(std::span<const int32_t> drawn)
             page.dirty = kAllLists;
         }
         if (page.dirty != 0) {
-            make(slot);
+            _whole[static_cast<size_t>(slot)].gathering = Whole::kNever;
         }
     }
 }
@@ -219,6 +230,21 @@ uint8_t PageLists::halvesOfPage(int32_t slot, Page& page) const
                                 (_tree.isActive(page.apex[1]) ? 2 : 0) | (falling ? 4 : 0));
 }
 
+// Of the clusters of a page's lists in view.
+template <class Each>
+void PageLists::forSeen(int32_t slot, Each&& each) const
+{
+    const Page& page = _pages[static_cast<size_t>(slot)];
+    for (size_t list = 0; list <= kTop; ++list) {
+        if ((page.seen >> list & 1U) == 0) {
+            continue;
+        }
+        for (uint32_t at = page.first[list]; at != kNone; at = _next[at]) {
+            each(at);
+        }
+    }
+}
+
 void PageLists::free(uint32_t& first)
 {
     while (first != kNone) {
@@ -229,37 +255,102 @@ void PageLists::free(uint32_t& first)
     }
 }
 
-// Makes a page's lists that have changed.
-void PageLists::make(int32_t slot)
+bool PageLists::drawnByChild(int32_t slot, size_t window) const
+{
+    const int32_t child = _graph[slot].child[window / 8 * 2 + window % 4 / 2];
+    return child >= 0 && _pages[static_cast<size_t>(child)].drawn;
+}
+
+void PageLists::make(int32_t slot, const Visibility& visibility, Visibility::PlaneMask mask)
 {
     Page& page = _pages[static_cast<size_t>(slot)];
-    const ListMask dirty = page.dirty;
-    page.dirty = 0;
-    _whole[static_cast<size_t>(slot)].gathering = Whole::kNever;
+    page.seen = inView(slot, visibility, mask);
+    if (page.dirty == 0) {
+        return;
+    }
     _making.slot = slot;
     _making.middle = _graph[slot].box.centre;
     for (size_t list = 0; list <= kTop; ++list) {
-        if ((dirty >> list & 1U) == 0) {
+        const ListMask bit = ListMask{1} << list;
+        if ((page.dirty & bit) == 0) {
             continue;
         }
         free(page.first[list]);
-        _making.list = list;
-        _making.cluster = kNone;
-        const auto window = static_cast<int>(list);
-        if (list == kTop) {
-            emitSquare(0, 0, kPageIntervals, page.halves);
-        } else {
-            const int32_t child = _graph[slot].child[list / 8 * 2 + list % 4 / 2];
-            if (child >= 0 && _pages[static_cast<size_t>(child)].drawn) {
-                continue;
-            }
-            const int west = window % 4 * kWindow;
-            const int north = window / 4 * kWindow;
-            emitSquare(west, north, kWindow, halvesOf(slot, west, north, kWindow));
+        const bool isOfChild = list != kTop && drawnByChild(slot, list);
+        if (!isOfChild && (page.seen & bit) != 0) {
+            makeList(slot, list);
+            ++_made;
         }
-        closeCluster();
-        ++_made;
+        if (isOfChild || (page.seen & bit) != 0) {
+            page.dirty &= ~bit;
+        }
     }
+}
+
+// Which of a page's lists the frustum may meet. The windows' boxes know of no morph at their corners, which
+// is over when their centre comes.
+PageLists::ListMask PageLists::inView(int32_t slot, const Visibility& visibility, Visibility::PlaneMask mask)
+{
+    if ((mask & Visibility::kFrustumPlanes) == 0) {
+        return kAllLists;
+    }
+    ListMask lists = kAllLists;
+    const Planes frustum(visibility, _graph[slot].box.centre, mask & Visibility::kFrustumPlanes);
+    for (size_t window = 0; window < kTop; ++window) {
+        if (isThere(slot, westOf(window) + kWindow / 2, northOf(window) + kWindow / 2) &&
+            frustum.anyBeyond(windowBox(slot, window))) {
+            lists &= ~(ListMask{1} << window);
+        }
+    }
+    return lists;
+}
+
+const PageLists::Box& PageLists::windowBox(int32_t slot, size_t window)
+{
+    Windows& windows = _windows[static_cast<size_t>(slot)];
+    if (windows.page != _graph[slot].page) {
+        windows.page = _graph[slot].page;
+        windows.known = 0;
+    }
+    if ((windows.known >> window & 1U) == 0) {
+        windows.known |= 1U << window;
+        windows.box[window] = boxOfWindow(slot, westOf(window), northOf(window));
+    }
+    return windows.box[window];
+}
+
+PageLists::Box PageLists::boxOfWindow(int32_t slot, int west, int north) const
+{
+    constexpr float kFar = std::numeric_limits<float>::max();
+    Bounds bounds{{kFar, kFar, kFar, kFar}, {-kFar, -kFar, -kFar, -kFar}};
+    double errorM = 0;
+    for (int row = 0; row <= kWindow; ++row) {
+        for (int col = 0; col <= kWindow; ++col) {
+            const glm::vec3 place(_tree.position(slot, west + col, north + row) - _graph[slot].box.centre);
+            const Four at{place.x, place.y, place.z, 0.0F};
+            bounds.add({at, at});
+            const bool isCorner = row % kWindow == 0 && col % kWindow == 0;
+            const VertexId v = PageGraph::id(slot, west + col, north + row);
+            errorM = isCorner ? errorM : std::max(errorM, _tree.errorM(v));
+        }
+    }
+    Box box = boxOf(bounds);
+    box.half += static_cast<float>(errorM) + kRoundingShare * (glm::abs(box.middle) + box.half);
+    return box;
+}
+
+void PageLists::makeList(int32_t slot, size_t list)
+{
+    _making.list = list;
+    _making.cluster = kNone;
+    if (list == kTop) {
+        emitSquare(0, 0, kPageIntervals, _pages[static_cast<size_t>(slot)].halves);
+    } else {
+        const int west = westOf(list);
+        const int north = northOf(list);
+        emitSquare(west, north, kWindow, halvesOf(slot, west, north, kWindow));
+    }
+    closeCluster();
 }
 
 void PageLists::emitSquare(int west, int north, int size, unsigned halves)
@@ -345,11 +436,15 @@ void PageLists::closeCluster()
     if (_making.cluster == kNone) {
         return;
     }
-    const auto& [low, high] = _making.bounds;
-    Cluster& cluster = _clusters[_making.cluster];
-    cluster.middle = {0.5F * (low[0] + high[0]), 0.5F * (low[1] + high[1]), 0.5F * (low[2] + high[2])};
-    cluster.half = {0.5F * (high[0] - low[0]), 0.5F * (high[1] - low[1]), 0.5F * (high[2] - low[2])};
+    _clusters[_making.cluster].box = boxOf(_making.bounds);
     _making.cluster = kNone;
+}
+
+PageLists::Box PageLists::boxOf(const Bounds& bounds) noexcept
+{
+    const auto& [low, high] = bounds;
+    return {{0.5F * (low[0] + high[0]), 0.5F * (low[1] + high[1]), 0.5F * (low[2] + high[2])},
+            {0.5F * (high[0] - low[0]), 0.5F * (high[1] - low[1]), 0.5F * (high[2] - low[2])}};
 }
 
 PageLists::Planes::Planes(const Visibility& visibility, const glm::dvec3& middle, unsigned mask) noexcept
@@ -376,32 +471,32 @@ PageLists::Planes::Planes(const Visibility& visibility, const glm::dvec3& middle
     _fours = (count + 3) / 4;
 }
 
-inline PageLists::Four PageLists::Planes::FourPlanes::middle(const Cluster& cluster) const noexcept
+inline PageLists::Four PageLists::Planes::FourPlanes::middle(const Box& box) const noexcept
 {
-    const glm::vec3& m = cluster.middle;
+    const glm::vec3& m = box.middle;
     return x * m.x + y * m.y + z * m.z + w;
 }
 
-inline PageLists::Four PageLists::Planes::FourPlanes::reach(const Cluster& cluster) const noexcept
+inline PageLists::Four PageLists::Planes::FourPlanes::reach(const Box& box) const noexcept
 {
-    const glm::vec3& h = cluster.half;
+    const glm::vec3& h = box.half;
     return absX * h.x + absY * h.y + absZ * h.z + slack;
 }
 
-inline bool PageLists::Planes::anyBeyond(const Cluster& cluster) const noexcept
+inline bool PageLists::Planes::anyBeyond(const Box& box) const noexcept
 {
     auto beyond = Four{} < Four{};
     for (size_t i = 0; i < _fours; ++i) {
-        beyond |= _four[i].middle(cluster) + _four[i].reach(cluster) < Four{};
+        beyond |= _four[i].middle(box) + _four[i].reach(box) < Four{};
     }
     return any(beyond);
 }
 
-inline bool PageLists::Planes::allInside(const Cluster& cluster) const noexcept
+inline bool PageLists::Planes::allInside(const Box& box) const noexcept
 {
     auto beyond = Four{} < Four{};
     for (size_t i = 0; i < _fours; ++i) {
-        beyond |= _four[i].middle(cluster) - _four[i].reach(cluster) < Four{};
+        beyond |= _four[i].middle(box) - _four[i].reach(box) < Four{};
     }
     return !any(beyond);
 }
@@ -422,12 +517,10 @@ void PageLists::prefetchClusters(int32_t slot, Visibility::PlaneMask mask) const
     if (isKept(slot, mask)) {
         return;
     }
-    for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
-        for (uint32_t at = first; at != kNone; at = _next[at]) {
-            __builtin_prefetch(&_clusters[at]);
-            __builtin_prefetch(&_indices[at]); // most clusters are in view
-        }
-    }
+    forSeen(slot, [this](uint32_t at) {
+        __builtin_prefetch(&_clusters[at]);
+        __builtin_prefetch(&_indices[at]); // most clusters are in view
+    });
 }
 
 // Finds a page's clusters in view.
@@ -438,19 +531,17 @@ void PageLists::findClusters(int32_t slot, const Visibility& visibility, Visibil
     const Planes clipping(visibility, middle, mask & Visibility::kClippingPlanes);
     _unclipped.clear();
     _clipped.clear();
-    for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
-        for (uint32_t at = first; at != kNone;) {
-            const Cluster& cluster = _clusters[at];
-            if (!frustum.anyBeyond(cluster)) {
-                const std::byte* const line = reinterpret_cast<const std::byte*>(&_indices[at]);
-                for (size_t byte = 0; byte < cluster.triangles * 3 * sizeof(uint16_t); byte += kLineBytes) {
-                    __builtin_prefetch(line + byte);
-                }
-                (clipping.allInside(cluster) ? _unclipped : _clipped).push_back(at);
-            }
-            at = _next[at];
+    forSeen(slot, [&](uint32_t at) {
+        const Cluster& cluster = _clusters[at];
+        if (frustum.anyBeyond(cluster.box)) {
+            return;
         }
-    }
+        const std::byte* const line = reinterpret_cast<const std::byte*>(&_indices[at]);
+        for (size_t byte = 0; byte < cluster.triangles * 3 * sizeof(uint16_t); byte += kLineBytes) {
+            __builtin_prefetch(line + byte);
+        }
+        (clipping.allInside(cluster.box) ? _unclipped : _clipped).push_back(at);
+    });
 }
 
 PageLists::Gathered PageLists::gather(int32_t slot, const Visibility& visibility, Visibility::PlaneMask mask,
@@ -494,22 +585,20 @@ void PageLists::keepGathered(std::span<const uint16_t> indices)
 double PageLists::boundPx(int32_t slot, const Cut& cut, double px) const
 {
     const glm::vec3 eye(cut.eye - _graph[slot].box.centre);
-    for (const uint32_t first : _pages[static_cast<size_t>(slot)].first) {
-        for (uint32_t at = first; at != kNone; at = _next[at]) {
-            const Cluster& cluster = _clusters[at];
-            const glm::vec3 off = glm::max(glm::abs(cluster.middle - eye) - cluster.half, glm::vec3(0.0F));
-            // Posts lie within the cut of the triangles; what floats leave of the distance.
-            const double nearestM = glm::length(off) * (1.0 - 1e-5) - 1e-2 - cut.cutM;
-            if (cut.alpha * cut.cutM <= px * std::max(nearestM, cut.nearM)) {
-                continue;
-            }
-            const Indices& indices = _indices[at];
-            for (size_t i = 0; i < size_t{3} * cluster.triangles; i += 3) {
-                px = std::max(px,
-                              trianglePx(slot, {indices.of[i], indices.of[i + 1], indices.of[i + 2]}, cut));
-            }
+    forSeen(slot, [&](uint32_t at) {
+        const Cluster& cluster = _clusters[at];
+        const glm::vec3 off =
+            glm::max(glm::abs(cluster.box.middle - eye) - cluster.box.half, glm::vec3(0.0F));
+        // Posts lie within the cut of the triangles; what floats leave of the distance.
+        const double nearestM = glm::length(off) * (1.0 - 1e-5) - 1e-2 - cut.cutM;
+        if (cut.alpha * cut.cutM <= px * std::max(nearestM, cut.nearM)) {
+            return;
         }
-    }
+        const Indices& indices = _indices[at];
+        for (size_t i = 0; i < size_t{3} * cluster.triangles; i += 3) {
+            px = std::max(px, trianglePx(slot, {indices.of[i], indices.of[i + 1], indices.of[i + 2]}, cut));
+        }
+    });
     return px;
 }
 

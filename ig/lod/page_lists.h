@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Index lists of the pages that are drawn, kept from frame to frame and made again only where a vertex came
-// or went. A page draws the triangles of the active mesh that lie inside it, but for what lies inside a child
-// that is drawn too. It has a list for each of its 4 x 4 windows of 16 intervals, and one for the triangles
-// that are in no window. Lists are kept in clusters of neighbouring triangles with a box each, so that what
-// is out of view need not be drawn while the lists stay as they are.
+// or went and the view sees it: other lists wait until it does. A page draws the triangles of the active mesh
+// that lie inside it, but for what lies inside a child that is drawn too. It has a list for each of its 4 x 4
+// windows of 16 intervals, and one for the triangles that are in no window. Lists are kept in clusters of
+// neighbouring triangles with a box each, so that what is out of view need not be drawn while the lists stay
+// as they are.
 #pragma once
 
 #include "ig/lod/bounds.h"
@@ -25,9 +26,13 @@ public:
     // of it follows the triangles that there are.
     PageLists(const PageGraph& graph, const VertexTree& tree, size_t mostIndices);
 
-    // After an update of the tree: the slots drawn now, parents before children, the root first.
+    // After an update of the tree: the slots drawn now, parents before children, the root first. Finds which
+    // of their lists are not right any more.
     void update(std::span<const int32_t> drawn);
-    uint32_t made() const noexcept { return _made; } // lists, in the last update
+    // Then, of each of them: makes those of these lists that the frustum meets. mask: the planes that the
+    // page is not wholly inside of.
+    void make(int32_t slot, const Visibility& visibility, Visibility::PlaneMask mask);
+    uint32_t made() const noexcept { return _made; } // lists, since the last update
 
     // A bound of alpha error / distance over the drawn surface in view where it is not within the tolerance
     // because the cut holds vertices back, or their parents on their way; at least `px`. Posts nearer than
@@ -47,10 +52,10 @@ public:
     void prefetch(int32_t slot, Visibility::PlaneMask mask) const noexcept;
     void prefetchClusters(int32_t slot, Visibility::PlaneMask mask) const noexcept;
 
-    // Appends the indices of a page's clusters that the frustum meets, first those that need no clipping (see
-    // PageList::unclipped); what would make more than `capacity` indices is counted and left out. mask: the
-    // planes that the page is not wholly inside of. Most pages are inside of all and have the lists that they
-    // had: those are copied in one piece from the last gathering that was kept.
+    // After make(), with the same view: appends the indices of a page's clusters that the frustum meets,
+    // first those that need no clipping (see PageList::unclipped); what would make more than `capacity`
+    // indices is counted and left out. Most pages are inside of all and have the lists that they had: those
+    // are copied in one piece from the last gathering that was kept.
     struct Gathered {
         uint32_t triangles = 0;
         uint32_t unclipped = 0; // indices
@@ -73,10 +78,13 @@ private:
     using ListMask = uint32_t; // a bit per list
     static constexpr ListMask kAllLists = (1U << (kTop + 1)) - 1;
 
+    struct Box {
+        glm::vec3 middle{0.0F}; // from the page's middle, ECEF
+        glm::vec3 half{0.0F};   // axes, m
+    };
     // Apart from its indices, which are read only of those in view.
     struct alignas(32) Cluster {
-        glm::vec3 middle{0.0F}; // of a box round wherever the morph has corners: from the page's middle, ECEF
-        glm::vec3 half{0.0F};   // axes, m
+        Box box; // round wherever the morph has corners
         uint32_t triangles = 0;
     };
     struct alignas(64) Indices {
@@ -84,12 +92,20 @@ private:
     };
     struct Page {
         bool drawn = false, wasDrawn = false;
-        uint8_t halves = 0; // which of the page's two triangles are there
-        ListMask dirty = 0;
+        uint8_t halves = 0;                   // which of the page's two triangles are there
+        ListMask dirty = 0;                   // not right any more
+        ListMask seen = 0;                    // that the frustum may meet
         uint64_t placed = UINT64_MAX;         // PageGraph::changes() that the apexes are of
         std::array<VertexId, 2> apex{};       // of the page's two triangles
         std::array<uint32_t, kTop + 1> first; // clusters of each list
         Page() { first.fill(kNone); }
+    };
+    // Round the windows of a page and all posts that they stand for, while the morph is over at their
+    // corners.
+    struct Windows {
+        int32_t page = kNoPage; // that the slot had
+        uint32_t known = 0;     // a bit for each that has been looked at
+        std::array<Box, kTop> box;
     };
     // Where a gathering has the indices of a page that was wholly in view: none of its clusters is left out,
     // none needs clipping.
@@ -126,9 +142,8 @@ private:
     class Planes {
     public:
         Planes(const Visibility& visibility, const glm::dvec3& middle, unsigned mask) noexcept;
-        // Of a cluster's box.
-        bool anyBeyond(const Cluster& cluster) const noexcept;
-        bool allInside(const Cluster& cluster) const noexcept;
+        bool anyBeyond(const Box& box) const noexcept;
+        bool allInside(const Box& box) const noexcept;
 
     private:
         struct FourPlanes {
@@ -136,8 +151,8 @@ private:
             Four absX{}, absY{}, absZ{};    // its absolute values
             Four w{1.0F, 1.0F, 1.0F, 1.0F}; // unused ones have everything inside
             Four slack{};                   // what floats leave of w, m
-            Four middle(const Cluster& cluster) const noexcept;
-            Four reach(const Cluster& cluster) const noexcept;
+            Four middle(const Box& box) const noexcept;
+            Four reach(const Box& box) const noexcept;
         };
         std::array<FourPlanes, 2> _four{};
         size_t _fours = 0;
@@ -152,13 +167,20 @@ private:
     uint8_t halvesOf(int32_t slot, int west, int north, int size) const;
     uint8_t halvesOfPage(int32_t slot, Page& page) const;
     double trianglePx(int32_t slot, const std::array<uint16_t, 3>& posts, const Cut& cut) const;
-    void make(int32_t slot);
+    bool drawnByChild(int32_t slot, size_t window) const;
+    ListMask inView(int32_t slot, const Visibility& visibility, Visibility::PlaneMask mask);
+    const Box& windowBox(int32_t slot, size_t window);
+    Box boxOfWindow(int32_t slot, int west, int north) const;
+    void makeList(int32_t slot, size_t list);
     void emitSquare(int west, int north, int size, unsigned halves);
     void emit(const Corner& apex, const Corner& left, const Corner& right, int level);
     void put(const Corner& apex, const Corner& left, const Corner& right);
     void openCluster(const Bounds& first);
     void closeCluster();
+    static Box boxOf(const Bounds& bounds) noexcept;
     void free(uint32_t& first);
+    template <class Each>
+    void forSeen(int32_t slot, Each&& each) const;
     bool isKept(int32_t slot, Visibility::PlaneMask mask) const noexcept
     {
         return mask == 0 && _whole[static_cast<size_t>(slot)].gathering == _kept;
@@ -167,7 +189,8 @@ private:
 
     const PageGraph& _graph;
     const VertexTree& _tree;
-    std::vector<Page> _pages; // by slot
+    std::vector<Page> _pages;      // by slot
+    std::vector<Windows> _windows; // by slot
     std::vector<int32_t> _drawn;
     std::vector<Cluster> _clusters;
     std::vector<Indices> _indices; // of the clusters

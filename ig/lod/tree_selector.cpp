@@ -25,6 +25,9 @@ constexpr double kSpeedDecay = 1.0 - kMorphBand / kMorphFrames; // a frame: what
 // What is no flight any more but a jump: 60 km/s and 30 degrees a frame at 60 Hz.
 constexpr double kJumpM = 1000.0;
 constexpr double kJumpRad = 0.5;
+// So far at once, and so many times as far as in the frames before, is one, too: Mach 25 is 143 m a frame.
+constexpr double kHopM = 150.0;
+constexpr double kHopSpeeds = 4.0;
 // The share of the budget that tau is led to while the eye moves: kappa's relative step in a frame per share
 // amiss, and the largest step, a small part of the morph band. Small steps cost no live range: the eye's own
 // way uses them up as fast. Down it goes faster, so that few frames exceed the budget and are looked at
@@ -39,18 +42,17 @@ constexpr double kReachStepDown = 0.0015;
 constexpr double kFittingSlack = 0.0005;
 constexpr double kJumpSlack = 0.01;
 constexpr double kFarShare = 0.85; // below it, larger steps
-// With less than this share the view has changed as by a jump.
+// With less than this share it is led as fast as the morph follows; where no steps lead, as by a jump.
 constexpr double kJumpShare = 0.5;
 constexpr double kSettledShare = 0.9;
 constexpr int kTrials = 16;
 constexpr double kSameReach = 1.02;
-// Beyond the budget by so much, or by more than a small step of tau helps, tau is found by counting.
+// Beyond the budget by so much, or after so many small steps, tau is found by counting.
 constexpr double kFarOver = 1.1;
-// Clusters are culled whole: what is this many bisections out of view is counted, too. Triangles of lists
-// against those of the census are then about so many, until the first trial says. Later trials aim lower,
-// after so many guesses they halve.
+constexpr int kSmallTrials = 6;
+// Clusters are culled whole: what is this many bisections out of view is counted, too. Later trials aim
+// lower, after so many guesses they halve.
 constexpr int kLevelsBeyond = 1;
-constexpr double kMadePerCounted = 1.2;
 constexpr double kTrialShare = 0.02;
 constexpr int kGuesses = 3;
 // Finer is nothing: a thousandth of a pixel.
@@ -124,7 +126,8 @@ TreeSelector::Motion TreeSelector::motionTo(const ViewState& view) const noexcep
     const double sine = glm::length(axial);
     const double cosine = 0.5 * (turn[0][0] + turn[1][1] + turn[2][2] - 1.0);
     const double turnRad = std::atan2(sine, cosine);
-    motion.jumped = !(motion.movedM <= kJumpM) || !(turnRad <= kJumpRad);
+    motion.jumped = !(motion.movedM <= std::max(kHopM, kHopSpeeds * std::max(_speedM, _movedM))) ||
+                    !(motion.movedM <= kJumpM) || !(turnRad <= kJumpRad);
     if (!sameLens) {
         motion.jumped = true;
         motion.turn = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
@@ -141,9 +144,11 @@ TreeSelector::Motion TreeSelector::motionTo(const ViewState& view) const noexcep
 double TreeSelector::nextReach(const Motion& motion) const noexcept
 {
     double reach = _reach;
-    if (!motion.jumped && (motion.movedM > 0.0 || motion.turn.rollRad > 0.0 || motion.turn.tiltRad > 0.0)) {
+    if (!motion.jumped && motion.moves()) {
         const double share = static_cast<double>(_triangles) / _budget;
-        const double step = share < kFarShare ? 4.0 * kReachStep : kReachStep;
+        const double step = share < kJumpShare  ? kMorphBand / kMorphFrames
+                            : share < kFarShare ? 4.0 * kReachStep
+                                                : kReachStep;
         const double gain = share > kAimedShare ? kReachGainDown : kReachGain;
         reach *= 1.0 + std::clamp(gain * (kAimedShare - share), -kReachStepDown, step);
     }
@@ -175,6 +180,7 @@ void TreeSelector::select(const ViewState& view, DrawList& out)
         _speedM = std::max(motion.movedM, kSpeedDecay * _speedM);
     }
     const double reach = nextReach(motion);
+    _movedM = motion.movedM;
     _view = view;
     _hasView = true;
     solve(view, motion, reach, out);
@@ -187,22 +193,24 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
     Trial fits;  // the largest reach known to fit
     Trial fails; // the smallest known not to
     fails.reach = std::numeric_limits<double>::infinity();
+    // More than before may be drawn, or there is more while the eye rests: no small steps lead there.
+    const bool grows = budget > _lastBudget || (!motion.moves() && _graph.changes() != _pagesChanged);
+    _pagesChanged = _graph.changes();
+    _lastBudget = budget;
     bool settles = motion.jumped;
     bool counted = settles;
     if (settles) {
         count(view, reach, out);
-        const double ratio = _settings.cullVertices ? 1.0 : kMadePerCounted;
-        reach = std::min(_census.reachFor(kAimedShare * budget / ratio), _finestReach);
+        reach = std::min(_census.reachFor(kAimedShare * budget), _finestReach);
     }
-    const double first = reach;
     VertexTree::Turn turn = motion.turn;
     for (int number = 0; number < kTrials; ++number) {
         const uint32_t triangles = refine(view, reach, turn, out);
         turn = {}; // the tree has followed
-        settles = settles || triangles < kJumpShare * budget;
+        settles = settles || (grows && triangles < kJumpShare * budget);
         const bool over = triangles > budget;
-        const bool isFar = over ? triangles > kFarOver * budget || kSameReach * reach < first
-                                : settles && reach < _finestReach;
+        const bool isFar =
+            over ? triangles > kFarOver * budget || number >= kSmallTrials : settles && reach < _finestReach;
         if (isFar && !counted) {
             count(view, reach, out);
             counted = true;
@@ -295,6 +303,11 @@ uint32_t TreeSelector::refine(const ViewState& view, double reach, const VertexT
     clock.to(out.stats.evaluateNs);
     choosePages();
     _lists.update(_drawn);
+    for (const Visit& visit : _visits) {
+        if (visit.drawn) {
+            _lists.make(visit.slot, *_visibility, visit.planes);
+        }
+    }
     out.stats.listsMade += _lists.made();
     clock.to(out.stats.listsNs);
     _triangles = gatherLists(out);

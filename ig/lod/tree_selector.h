@@ -4,11 +4,11 @@
 //
 //   bintree  every vertex is culled by the frustum by itself: the fewest triangles
 //            (SOAR: Lindstrom & Pascucci 2001)
-//   hybrid   pages are culled, and clusters of their lists; the active set and the lists do not change while
-//            the eye only turns
+//   hybrid   pages are culled, and clusters of their lists; the active set does not change while the eye only
+//            turns
 //
 // Both keep the active set from frame to frame and look again only at vertices whose live range has ended
-// (vertex_tree.h); index lists are made again only where it changed (page_lists.h).
+// (vertex_tree.h); index lists are made again only where it changed and is seen (page_lists.h).
 //
 // Morph. An active vertex is drawn at weight w between the middle of the edge that it splits (0) and its own
 // place (1):
@@ -27,14 +27,15 @@
 // in spite of it. For what is nearer, the bound is taken from such triangles one by one: the error over the
 // distance from the eye to the triangle, less what its posts may be off it.
 //
-// Budget. tau follows the triangles in view: it moves slowly while the eye moves, stands still with it, and
-// is made larger at once, in the same frame, when the view would need more than the budget. After a jump it
+// Budget. tau follows the triangles in view: it moves slowly while the eye moves, by no more than the morph
+// follows, stands still with it, and is made larger at once, in the same frame, when the view would need more
+// than the budget. After a jump, or a larger budget or new pages that small steps do not lead to, it
 // is looked for at once: the triangles at every reach are counted (triangle_census.h) before any is made, and
 // a trial or two makes them exact. Two triangles always fit.
 //
-// Lists. What a frame makes again follows from the vertices that come and go. Those cannot be put off: a
-// vertex that comes late pops, and a list left as it was cracks. So lists have no limit of their own: README,
-// "Measured", says how many there were.
+// Lists. What a frame makes again is what the view sees of the lists that a vertex came to or went from; all
+// others wait until they are seen. These cannot: a vertex that comes late pops, and a list left as it was
+// cracks. So their limit is that of the triangles in view.
 #pragma once
 
 #include "ig/lod/page_lists.h"
@@ -107,6 +108,7 @@ private:
         double movedM = 0;
         VertexTree::Turn turn; // infinite: it is another frustum
         bool jumped = true;
+        bool moves() const noexcept { return movedM > 0.0 || turn.rollRad > 0.0 || turn.tiltRad > 0.0; }
     };
 
     Motion motionTo(const ViewState& view) const noexcept;
@@ -143,7 +145,10 @@ private:
     double _reach = 0;
     double _cutM = 0;
     uint32_t _triangles = 0;
-    double _speedM = 0; // metres a frame, falling slowly
+    uint32_t _lastBudget = 0;
+    uint64_t _pagesChanged = 0; // PageGraph::changes()
+    double _speedM = 0;         // metres a frame, falling slowly
+    double _movedM = 0;         // from the view before
     double _missingPx = 0;
     double _alpha = 1;
     double _finestReach = 1;

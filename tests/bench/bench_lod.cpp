@@ -16,6 +16,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <memory>
@@ -34,6 +35,7 @@ struct Options {
     int width = 1280, height = 720;
     double seconds = 600;
     double speedMs = 250, heightM = 300;
+    double turnDegS = 0;
 };
 
 class PrintedLog final : public LogSink {
@@ -98,6 +100,15 @@ struct Flying {
     double seconds;
     bool cold = false;
 };
+
+// The eye looks about: to the left by so many degrees.
+ViewState turned(ViewState view, double degrees)
+{
+    const double angle = degrees * kRadPerDeg;
+    const glm::dmat3 turn(std::cos(angle), 0, std::sin(angle), 0, 1, 0, -std::sin(angle), 0, std::cos(angle));
+    view.eyeFromEcef = turn * view.eyeFromEcef;
+    return view;
+}
 
 // One method's flight.
 struct Flown {
@@ -199,7 +210,8 @@ Result<Flown> fly(const Flying& flying, const Options& options)
     lod::DrawList list;
     const auto frames = static_cast<int>(std::max(3.0, flying.seconds * 60.0));
     for (int i = 0; i < frames; ++i) {
-        const ViewState view = flight.view(i / 60.0, options.width, options.height);
+        const ViewState view =
+            turned(flight.view(i / 60.0, options.width, options.height), options.turnDegS * i / 60.0);
         if (flying.cold) {
             caches.walk();
         }
@@ -323,6 +335,8 @@ int main(int argc, char** argv)
         ->check(ig::app::within(0.0, 1e5));
     app.add_option("--speed", options.speedMs, "m/s")->check(ig::app::within(0.0, 1e5));
     app.add_option("--height-above-ground", options.heightM, "m")->check(ig::app::within(0.0, 1e6));
+    app.add_option("--turn", options.turnDegS, "degrees a second that the eye looks about by, all round")
+        ->check(ig::app::within(-3600.0, 3600.0));
     app.set_version_flag("--version", "eyepoint-bench-lod " EYEPOINT_VERSION);
     if (const auto ended = ig::app::parseCommandLine(app, argc, argv)) {
         return *ended;
