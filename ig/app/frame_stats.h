@@ -27,6 +27,8 @@ struct FrameStats {
     // From the kernel's receipt of the newest host message used to the frame in the sinks; -1 when no
     // message came in since the frame before.
     int64_t transportDelayNs = -1;
+    // From the start of the slot to the frame in the sinks, with all that was waited for.
+    int64_t handedOutNs = 0;
     uint32_t triangleBudget = 0; // that was in force
     lod::LodStats lod;
     uint32_t pageIns = 0;       // since the last frame

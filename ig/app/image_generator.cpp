@@ -179,8 +179,8 @@ void ImageGenerator::addSink(std::string name, std::unique_ptr<out::FrameSink> s
 std::span<const FrameStats> ImageGenerator::frame(int64_t startNs, uint64_t slot)
 {
     FrameMoment moment;
-    moment.scheduleStartNs = moment.startNs = startNs;
-    moment.rateHz = _rateHz;
+    moment.slotStartNs = moment.scheduleStartNs = moment.startNs = startNs;
+    moment.displayNs = startNs + std::llround(1e9 / _rateHz);
     moment.recordingAheadNs = _recordingAheadNs;
     const double nowS = static_cast<double>(startNs) * kSecondsPerNs;
     _host.receive(_world, nowS);
@@ -203,7 +203,8 @@ std::span<const FrameStats> ImageGenerator::frame(int64_t startNs, uint64_t slot
     _made.clear();
     for (const auto& channel : _channels) {
         if (channel->takeTurn(slot)) {
-            _made.push_back(channel->frame(_world, moment));
+            channel->draw(_world, moment);
+            _made.push_back(channel->handOut());
             moment.startNs = clockNs();
             moment.hostNs = 0;
         }
@@ -239,6 +240,7 @@ FrameStats ImageGenerator::together(int64_t hostNs, int64_t frameNs) const
         all.sinkNs += one.sinkNs;
         all.loadNs += one.loadNs;
         all.transportDelayNs = std::max(all.transportDelayNs, one.transportDelayNs);
+        all.handedOutNs = std::max(all.handedOutNs, one.handedOutNs);
         all.lod.triangles += one.lod.triangles;
         all.lod.tilesVisited += one.lod.tilesVisited;
         all.lod.tilesCulled += one.lod.tilesCulled;
