@@ -15,7 +15,7 @@ struct FrameStats {
     // the middle of the terrain.
     bool placed = false;
     // Wall time of the stages, ns. frameNs runs from the frame's start until it is handed to the sinks;
-    // waiting for the next slot does not count.
+    // waiting for that (output.hold_ms) and for the next slot does not count.
     int64_t frameNs = 0;
     int64_t hostNs = 0; // receive, apply, answer
     int64_t selectNs = 0;
