@@ -339,6 +339,9 @@ const std::vector<Key<Settings>>& allKeys()
             "output.depth", [](auto& s) -> auto& { return s.output.depth; }));
         k.push_back(live(flag(
             "output.skip_identical", [](auto& s) -> auto& { return s.output.skipIdentical; })));
+        k.push_back(live(number(
+            "output.hold_ms", 0, 10'000, "milliseconds, 0 for as soon as they are there",
+            [](auto& s) -> auto& { return s.output.holdMs; })));
         k.push_back(integer(
             "graphics.device", -1, 255, "EGL device, -1 for the first that works",
             [](auto& s) -> auto& { return s.graphics.device; }));
@@ -480,11 +483,16 @@ std::string keyOf(const Settings& settings, const View& view, const char* sectio
     return (settings.views.empty() ? std::string(section) : view.name) + "." + key;
 }
 
+// Whose rate is that of the schedule.
+const View& fastestOf(const std::vector<View>& views)
+{
+    return *std::max_element(views.begin(), views.end(),
+                             [](const View& a, const View& b) { return a.rateHz < b.rateHz; });
+}
+
 Result<void> checkRates(const Settings& settings, const std::vector<View>& views)
 {
-    const double highestHz = std::max_element(views.begin(), views.end(), [](const View& a, const View& b) {
-                                 return a.rateHz < b.rateHz;
-                             })->rateHz;
+    const double highestHz = fastestOf(views).rateHz;
     for (const View& view : views) {
         const double periods = highestHz / view.rateHz;
         if (!(std::abs(periods - std::round(periods)) <= 1e-6 * periods)) {
@@ -517,6 +525,22 @@ Result<void> checkFrameTime(const Settings& settings, const std::vector<View>& v
                             ", longer than a frame at " + keyOf(settings, view, "view", "rate_hz") + ", " +
                             shortNumber(view.rateHz) + ": lower one of them");
         }
+    }
+    return {};
+}
+
+// Frames are handed out, and the next slot of the schedule begins.
+Result<void> checkHold(const Settings& settings, const std::vector<View>& views)
+{
+    constexpr double kLargestShare = 0.9;
+    const View& fastest = fastestOf(views);
+    const double longestMs = kLargestShare * 1000.0 / fastest.rateHz;
+    if (settings.output.holdMs > longestMs) {
+        return fail(ErrorKind::usage, "output.hold_ms is " + shortNumber(settings.output.holdMs) +
+                                          ", longer than 90 % of a frame at " +
+                                          keyOf(settings, fastest, "view", "rate_hz") + ", " +
+                                          shortNumber(fastest.rateHz) + ": take " + shortNumber(longestMs) +
+                                          " at most, or lower the rate");
     }
     return {};
 }
@@ -616,7 +640,10 @@ Result<void> check(const Settings& settings)
     if (auto rates = checkRates(settings, views); !rates) {
         return rates;
     }
-    return checkFrameTime(settings, views);
+    if (auto frameTime = checkFrameTime(settings, views); !frameTime) {
+        return frameTime;
+    }
+    return checkHold(settings, views);
 }
 
 std::vector<View> viewsOf(const Settings& settings)

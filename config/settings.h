@@ -79,6 +79,7 @@ struct Settings {
         int64_t ringSlots = 4;
         bool depth = false;
         bool skipIdentical = false;
+        double holdMs = 0;
     } output;
     struct {
         int64_t device = -1;

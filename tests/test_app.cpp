@@ -10,6 +10,7 @@
 #include "ig/app/realtime.h"
 #include "ig/app/run_statistics.h"
 #include "ig/app/settings_arguments.h"
+#include "ig/app/signals.h"
 #include "ig/app/steady_clock.h"
 #include "ig/app/terrain_view.h"
 #include "ig/base/histogram.h"
@@ -685,7 +686,8 @@ TEST_CASE("a channel reads pictures back while somebody looks at them, and else 
         for (int frame = 0; frame < 4; ++frame) {
             app::FrameMoment moment;
             moment.startNs = app::steadyNs();
-            const app::FrameStats stats = channel.frame(world, moment);
+            channel.draw(world, moment);
+            const app::FrameStats stats = channel.handOut();
             CHECK(stats.frameNs >= stats.readBackNs);
         }
         return std::pair(renderer.counts().reads - before.reads,
@@ -742,6 +744,67 @@ TEST_CASE("a channel reads pictures back while somebody looks at them, and else 
         CHECK(fly(*channel) == Counts(1, 0));
         CHECK(bytes == std::vector<size_t>(4, kPictureBytes));
     }
+}
+
+TEST_CASE("what a frame is held for between drawing and handing out is no part of its cost")
+{
+    struct Sink : out::FrameSink {
+        explicit Sink(out::Receipt& into) : newest(into) {}
+        Result<void> write(const out::Frame& frame) override
+        {
+            newest = *frame.receipt;
+            return {};
+        }
+        out::SinkStats stats() const override { return {}; }
+        Result<out::SinkStats> close() override { return stats(); }
+        out::Receipt& newest;
+    };
+    const test::TempDir dir;
+    CollectedLog log;
+    config::Settings settings;
+    settings.view.width = 64;
+    settings.view.height = 48;
+    settings.terrain.frameTimeMs = 12;
+    app::TerrainSettings terrainSettings = smallSettings();
+    terrainSettings.waitForPages = true;
+    const data::Dataset dataset = openDataset(makeDataset(dir));
+    app::Plan plan;
+    plan.terrain = terrainSettings;
+    plan.views = {{lookNorth(dataset.info(), 900), terrainSettings.selection}};
+    app::Drawing drawing(std::make_unique<gl::NullRenderer>(nullRenderer(terrainSettings)), dataset, plan,
+                         log);
+    const scene::World world(dataset.info().shape.ellipsoid, {});
+    out::Receipt receipt{};
+    app::Channel channel(settings, config::viewsOf(settings).front(), 0, app::SlotTurns(1, 0), drawing, log,
+                         {});
+    channel.addSink("newest", std::make_unique<Sink>(receipt));
+    REQUIRE(channel.warmUp());
+    size_t allocated = 0; // by the newest frame
+    for (int frame = 0; frame < 4; ++frame) {
+        const size_t allocatedBefore = test::allocations();
+        app::FrameMoment moment;
+        moment.startNs = app::steadyNs();
+        moment.slotStartNs = moment.startNs - 5'000'000;
+        channel.noteArrival(static_cast<double>(moment.slotStartNs) * 1e-9);
+        channel.draw(world, moment);
+        const bool isDrawn = channel.isToHandOut();
+        const int64_t drawnNs = app::steadyNs();
+        app::sleepUntil(drawnNs + 10'000'000);
+        const int64_t dueNs = app::steadyNs();
+        const app::FrameStats stats = channel.handOut();
+        const int64_t allNs = app::steadyNs() - moment.startNs;
+        allocated = test::allocations() - allocatedBefore;
+        CHECK(isDrawn);
+        CHECK_FALSE(channel.isToHandOut());
+        CHECK(stats.frameNs <= allNs - (dueNs - drawnNs));
+        CHECK(stats.frameNs >= stats.readBackNs + stats.sinkNs);
+        CHECK(stats.sinkNs <= allNs - (dueNs - drawnNs));
+        CHECK(stats.handedOutNs >= dueNs - moment.slotStartNs);
+        CHECK(stats.transportDelayNs >= dueNs - moment.startNs);
+        CHECK(receipt.render_end_ns <= drawnNs);
+        CHECK(receipt.publish_ns >= dueNs);
+    }
+    CHECK(allocated == 0);
 }
 
 TEST_CASE("terrain's share of a picture is found from a sparse sample")
@@ -978,6 +1041,7 @@ TEST_CASE("the statistics have every documented key, and count what was added")
     for (int i = 1; i <= 100; ++i) {
         frame.frameNs = i * 1'000'000;
         frame.transportDelayNs = i % 2 == 0 ? 5'000'000 : -1;
+        frame.handedOutNs = 12'000'000;
         frame.lod.triangles = static_cast<uint32_t>(1000 + i);
         frame.lod.errorPx = static_cast<float>(i);
         frame.pageIns = 2;
@@ -995,11 +1059,26 @@ TEST_CASE("the statistics have every documented key, and count what was added")
     run.views = {{0, 640, 360, 60, 7, 1300, &statistics}, {4, 32, 16, 30, 2, 5000, &second}};
     run.sinks = {{"null", 4, {1, 0}}};
     const auto json = nlohmann::json::parse(statistics.json(run));
-    for (const char* key :
-         {"frames", "missed", "frame_ms", "select_ms", "draw_ms", "read_back_ms", "transport_delay_ms",
-          "select_stages_ms", "budget_trials_per_frame", "triangles", "tau_px", "error_px",
-          "vertices_evaluated_per_frame", "lists_made_per_frame", "page_ins", "bytes_uploaded",
-          "resident_bytes", "packets", "reversals_per_minute"}) {
+    for (const char* key : {"frames",
+                            "missed",
+                            "frame_ms",
+                            "select_ms",
+                            "draw_ms",
+                            "read_back_ms",
+                            "transport_delay_ms",
+                            "select_stages_ms",
+                            "budget_trials_per_frame",
+                            "triangles",
+                            "tau_px",
+                            "error_px",
+                            "vertices_evaluated_per_frame",
+                            "lists_made_per_frame",
+                            "page_ins",
+                            "bytes_uploaded",
+                            "resident_bytes",
+                            "packets",
+                            "reversals_per_minute",
+                            "handed_out_ms"}) {
         INFO(key);
         CHECK(json.contains(key));
     }
@@ -1013,6 +1092,7 @@ TEST_CASE("the statistics have every documented key, and count what was added")
     CHECK(json["frame_ms"]["p50"].get<double>() == Approx(50).epsilon(0.02));
     CHECK(json["frame_ms"]["max"].get<double>() == Approx(100));
     CHECK(json["transport_delay_ms"]["mean"].get<double>() == Approx(5));
+    CHECK(json["handed_out_ms"]["p99"].get<double>() == Approx(12).epsilon(0.02));
     CHECK(json["reversals_per_minute"].get<double>() == Approx(97));
     CHECK(json["turns_per_minute"].get<double>() == Approx(97));
     // Each frame against the budget that was in force: the first alone (1001 of 1000) is over.
@@ -1027,6 +1107,7 @@ TEST_CASE("the statistics have every documented key, and count what was added")
     CHECK(json["views"][1]["frames"] == 1);
     CHECK(json["views"][1]["missed"] == 2);
     CHECK(json["views"][1]["rate_hz"] == 30);
+    CHECK(json["views"][1]["handed_out_ms"]["mean"].get<double>() == Approx(12));
     CHECK(json["views"][1]["triangles"]["budget"] == 5000);
     CHECK(json["sinks"][0]["view"] == 4);
     CHECK(json["resident_bytes"].get<uint64_t>() > 1'000'000);

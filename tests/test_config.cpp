@@ -90,6 +90,7 @@ TEST_CASE("the shipped file lists every key, with the built-in default as its va
     CHECK(shipped->output.metrics == builtIn.output.metrics);
     CHECK(shipped->output.depth == builtIn.output.depth);
     CHECK(shipped->output.skipIdentical == builtIn.output.skipIdentical);
+    CHECK(shipped->output.holdMs == builtIn.output.holdMs);
     CHECK(shipped->output.ringSlots == builtIn.output.ringSlots);
     CHECK(shipped->graphics.device == builtIn.graphics.device);
     CHECK(shipped->graphics.realtimePriority == builtIn.graphics.realtimePriority);
@@ -191,6 +192,46 @@ TEST_CASE("a frame time needs a range of budgets and must fit the rate")
     REQUIRE_FALSE(rate);
     CHECK_THAT(rate.error().message, Catch::Contains("terrain.frame_time_ms"));
     CHECK_THAT(rate.error().message, Catch::Contains("view.rate_hz"));
+}
+
+TEST_CASE("frames are held for nine tenths of a slot of the fastest view at most")
+{
+    config::Settings settings;
+    settings.terrain.file = "x.ept";
+    CHECK(settings.output.holdMs == 0);
+    for (const char* bad : {"-1", "10001", "nan", "true", "\"long\""}) {
+        INFO(bad);
+        const auto assigned = config::assign(settings, std::string("output.hold_ms=") + bad);
+        REQUIRE_FALSE(assigned);
+        CHECK_THAT(assigned.error().message, Catch::Contains("expected a number, 0 to 10000 milliseconds"));
+    }
+    const auto refusal = [&] {
+        const auto checked = config::check(settings);
+        REQUIRE_FALSE(checked);
+        CHECK(checked.error().kind == ig::ErrorKind::usage);
+        return checked.error().message;
+    };
+    REQUIRE(config::assign(settings, "output.hold_ms=15"));
+    CHECK(config::check(settings));
+    settings.output.holdMs = 15.1;
+    CHECK_THAT(refusal(), Catch::Contains("output.hold_ms is 15.1") && Catch::Contains("view.rate_hz, 60") &&
+                              Catch::Contains("take 15 at most"));
+    settings.view.rateHz = 30;
+    CHECK(config::check(settings));
+    settings.views.resize(2);
+    settings.views[1].id = 1;
+    settings.views[1].rateHz = 60;
+    CHECK_THAT(refusal(), Catch::Contains("views[1].rate_hz, 60"));
+    settings.output.holdMs = 15;
+    CHECK(config::check(settings));
+    settings.views[0].rateHz = 0.1; // whose slots are those of the other
+    CHECK(config::check(settings));
+    settings.output.holdMs = 9'000;
+    CHECK_THAT(refusal(), Catch::Contains("views[1].rate_hz, 60"));
+
+    config::Settings running;
+    config::applyLive(settings, running);
+    CHECK(running.output.holdMs == 9'000);
 }
 
 TEST_CASE("every value is printed so that it can be assigned again")

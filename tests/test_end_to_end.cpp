@@ -628,7 +628,7 @@ TEST_CASE("the benchmark of whole frames draws the same pixels as its static yar
     const test::TempDir dir;
     const std::string terrain = test::makeRollingLand(dir);
     Process bench({"eyepoint-bench", "--terrain", terrain, "--small", terrain, "--frames", "15", "--seconds",
-                   "0.3", "--width", "320", "--height", "180", "--budget", "8000"},
+                   "0.3", "--width", "320", "--height", "180", "--budget", "8000", "--hold", "12"},
                   dir.file("out"), dir.file("err"));
     REQUIRE(bench.wait(120) == 0);
     const auto report = nlohmann::json::parse(readFile(dir.file("out")));
@@ -639,6 +639,9 @@ TEST_CASE("the benchmark of whole frames draws the same pixels as its static yar
     CHECK(report["steadiness_held"]["triangles"]["max"].get<double>() <= 8000);
     CHECK(report["size"]["ratio_p50"].get<double>() > 0);
     CHECK(report["machine"]["one_thread_p99_over_mean"].get<double>() >= 1);
+    CHECK(report["machine"]["one_picture_p99_over_mean"].get<double>() >= 1);
+    CHECK(report["pace"]["handed_out_ms_mean"].get<double>() >= 12);
+    CHECK(report["pace_held"]["handed_out_late"].get<int>() <= report["pace_held"]["frames"].get<int>());
 
     Process lod({"eyepoint-bench-lod", "--terrain", terrain, "--seconds", "0.5", "--budget", "8000"},
                 dir.file("out"), dir.file("err"));

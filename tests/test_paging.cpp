@@ -387,7 +387,8 @@ TEST_CASE("pages that no picture lacks yet come between frames, or with the next
     CHECK(frame().pageIns == 0);
     CHECK(source.begun(0).size() == begun); // while a frame is drawn nobody begins to load
     view.askForPages();
-    terrain.takeOverBefore(nowNs() + kLongNs); // there is time, and nothing yet to take over
+    CHECK(terrain.takeOverBefore(nowNs() + kLongNs)); // there is time, and nothing yet to take over
+    CHECK_FALSE(terrain.takeOverBefore(nowNs()));     // no more, which takes back nothing
     source.set(true);
     source.begun(begun + 4); // so two threads have finished two
     CHECK(frame().pageIns == 0);

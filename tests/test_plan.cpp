@@ -368,11 +368,11 @@ TEST_CASE(
     const TempDir dir;
     const std::string terrain = makeDataset(dir, "hills", hills);
     const std::string config = dir.file("ig.toml");
-    const auto configure = [&](int rateHz, int frameTimeMs, const std::string& shading) {
+    const auto configure = [&](int rateHz, int frameTimeMs, const std::string& shading, int holdMs = 0) {
         std::ofstream(config) << "[terrain]\nfile = \"" << terrain << "\"\nframe_time_ms = " << frameTimeMs
                               << "\n[view]\nwidth = 160\nheight = 90\nrate_hz = " << rateHz << "\n[shading]\n"
                               << shading << "[host]\nlisten = \"\"\n[output]\nstats = \""
-                              << dir.file("ig.json") << "\"\n";
+                              << dir.file("ig.json") << "\"\nhold_ms = " << holdMs << "\n";
     };
     configure(30, 0, "");
     const std::string err = dir.file("err");
@@ -387,6 +387,12 @@ TEST_CASE(
     process.signal(SIGHUP);
     CHECK(waitForText(err, "event=reload_refused reason=\"terrain.frame_time_ms is 60", 60));
     CHECK(readFile(err).find("haze=yes") == std::string::npos);
+    configure(10, 0, "visibility_m = 0\ntint = \"slope\"\n", 31); // 31 ms of 100, but not of the 33 that stay
+    process.signal(SIGHUP);
+    CHECK(waitForText(err, "event=reload_refused reason=\"output.hold_ms is 31", 60));
+    configure(30, 0, "visibility_m = 0\ntint = \"slope\"\n", 30);
+    process.signal(SIGHUP);
+    CHECK(waitForText(err, "key=output.hold_ms applied=yes", 60));
     process.signal(SIGTERM);
     CHECK(process.wait(60) == 0);
 }

@@ -340,6 +340,7 @@ TEST_CASE("metrics count every frame once, in its step")
     app::FrameStats frame;
     for (const int64_t ms : {0, 1, 3, 15, 16, 40, 5000}) {
         frame.frameNs = ms * 1'000'000;
+        frame.handedOutNs = 12'000'000;
         frame.transportDelayNs = ms == 15 ? 20'000'000 : -1;
         frame.lod.tilesMissing = ms == 40 ? 2 : 0;
         metrics.views[0].add(frame);
@@ -354,6 +355,8 @@ TEST_CASE("metrics count every frame once, in its step")
                              "eyepoint_frame_seconds_bucket{view=\"3\",le=\"+Inf\"} 7\n",
                              "eyepoint_frame_seconds_count{view=\"3\"} 7\n",
                              "eyepoint_transport_delay_seconds_count{view=\"3\"} 1\n",
+                             "eyepoint_handed_out_seconds_bucket{view=\"3\",le=\"0.01\"} 0\n",
+                             "eyepoint_handed_out_seconds_bucket{view=\"3\",le=\"0.0125\"} 7\n",
                              "eyepoint_frames_with_missing_tiles_total{view=\"3\"} 1\n",
                              "eyepoint_sink_dropped_total{view=\"3\",sink=\"png:a\\\"b\"} 2\n",
                              "eyepoint_sink_up{view=\"4\",sink=\"null\"} 0\n",

@@ -109,9 +109,10 @@ void Channel::drawWith(Drawing& drawing)
     _readerCame = true; // whatever was read before is of another picture
 }
 
-FrameStats Channel::frame(const scene::World& world, const FrameMoment& moment)
+void Channel::draw(const scene::World& world, const FrameMoment& moment)
 {
-    FrameStats stats;
+    Drawn& frame = _drawn.emplace();
+    FrameStats& stats = frame.stats;
     stats.number = _frameNumber++;
     stats.view = static_cast<uint32_t>(_picture);
     stats.hostNs = moment.hostNs;
@@ -127,42 +128,55 @@ FrameStats Channel::frame(const scene::World& world, const FrameMoment& moment)
         terrainView().setTriangleBudget(_timeControl->budgetFor(_view));
     }
     _drawing->renderer().setPicture(_picture);
-    const bool isNew =
-        terrainView().draw(_view, stats, _skipIdentical && moment.light == 1.0 && _light == 1.0);
+    frame.isNew = terrainView().draw(_view, stats, _skipIdentical && moment.light == 1.0 && _light == 1.0);
     _light = moment.light;
     const int64_t drawn = clockNs();
-    const out::FrameMemory memory = memoryForFrame();
-    if (isNew || _readerCame) {
-        bringIn(memory, moment.light);
+    frame.memory = memoryForFrame();
+    if (frame.isNew || _readerCame) {
+        bringIn(frame.memory, moment.light);
     }
     const int64_t readBack = clockNs();
     stats.readBackNs = readBack - drawn;
     _budget = stats.triangleBudget;
-    out::Receipt receipt = receiptOf(stats, _view, _drawing->terrain().info().shape.ellipsoid,
-                                     {moment.scheduleStartNs, renderStartNs, readBack, moment.rateHz},
-                                     moment.host, _arrivalS.has_value());
+    out::Receipt& receipt = frame.receipt;
+    receipt = receiptOf(stats, _view, _drawing->terrain().info().shape.ellipsoid,
+                        {moment.scheduleStartNs, renderStartNs, readBack, moment.displayNs}, moment.host,
+                        _arrivalS.has_value());
     receipt.view_id = id();
     receipt.triangle_budget = stats.triangleBudget;
     receipt.dataset_checksum = _drawing->terrain().info().checksum;
     receipt.missed = missedFrames();
     receipt.host_lost = moment.session.lost;
     receipt.host_late = moment.session.late;
-    handOut(receipt, memory, moment.recordingAheadNs);
+    frame.slotStartNs = moment.slotStartNs;
+    frame.recordingAheadNs = moment.recordingAheadNs;
+    stats.frameNs = clockNs() - moment.startNs;
+}
+
+FrameStats Channel::handOut()
+{
+    Drawn& frame = *_drawn;
+    const auto clockNs = [&frame] { return steadyNs() + frame.recordingAheadNs; };
+    const int64_t startNs = clockNs();
+    writeToSinks(frame);
     const int64_t handedOut = clockNs();
-    stats.sinkNs = handedOut - readBack;
+    FrameStats stats = frame.stats;
+    stats.sinkNs = handedOut - startNs;
+    stats.handedOutNs = handedOut - frame.slotStartNs;
     if (_arrivalS) {
         stats.transportDelayNs = handedOut - static_cast<int64_t>(*_arrivalS / kSecondsPerNs);
         _arrivalS.reset();
     }
     if (_timeControl) {
-        _timeControl->look(_view, memory.rgba);
+        _timeControl->look(_view, frame.memory.rgba);
     }
-    stats.frameNs = clockNs() - moment.startNs;
-    if (_timeControl && isNew) {
+    stats.frameNs += clockNs() - startNs;
+    if (_timeControl && frame.isNew) {
         _timeControl->observe(stats);
         tellReach();
     }
     _statistics.add(stats);
+    _drawn.reset();
     return stats;
 }
 
@@ -211,21 +225,22 @@ out::FrameMemory Channel::memoryForFrame()
     return {_rgba, _depthM};
 }
 
-void Channel::handOut(out::Receipt& receipt, const out::FrameMemory& memory, int64_t recordingAheadNs)
+void Channel::writeToSinks(Drawn& drawn)
 {
+    out::Receipt& receipt = drawn.receipt;
     for (NamedSink& sink : _sinks) {
         if (sink.sink) {
             sink.stats = sink.sink->stats();
         }
         receipt.dropped += sink.stats.dropped;
     }
-    const out::Frame frame{_view.widthPx, _view.heightPx, memory.rgba,
-                           receipt.frame, memory.depthM,  &receipt};
+    const out::Frame frame{_view.widthPx, _view.heightPx,      drawn.memory.rgba,
+                           receipt.frame, drawn.memory.depthM, &receipt};
     for (NamedSink& sink : _sinks) {
         if (!sink.sink) {
             continue;
         }
-        receipt.publish_ns = steadyNs() + recordingAheadNs;
+        receipt.publish_ns = steadyNs() + drawn.recordingAheadNs;
         if (const auto written = sink.sink->write(frame); !written) {
             _log.write(
                 LogLevel::error,

@@ -26,11 +26,12 @@ namespace ig::app {
 
 // What a channel's frame is made of, beside the world.
 struct FrameMoment {
+    int64_t slotStartNs = 0;      // when the schedule has the slot start
     int64_t scheduleStartNs = 0;  // when the slot's first frame started: the time that the pictures stand for
     int64_t startNs = 0;          // when this frame started
     int64_t hostNs = 0;           // what of it went to the host
     double displayS = 0;          // the time that the picture is drawn for
-    double rateHz = 0;            // of the schedule
+    int64_t displayNs = 0;        // the same of the schedule, which is another in replay
     double light = 1;             // of the picture that is left, see loss_fade.h
     int64_t recordingAheadNs = 0; // what a replayed frame's times are ahead of the steady clock
     std::optional<hostif::HostFrame> host; // the newest message
@@ -61,7 +62,11 @@ public:
     bool takeTurn(uint64_t slot) noexcept { return _turns.take(slot); }
     // A message of the host came in for the next frame.
     void noteArrival(double arrivalS) noexcept { _arrivalS = arrivalS; }
-    FrameStats frame(const scene::World& world, const FrameMoment& moment);
+    // A frame, in two steps between which it may be held: draws it and reads it back, then hands it to the
+    // sinks. Each draw() is followed by a handOut().
+    void draw(const scene::World& world, const FrameMoment& moment);
+    FrameStats handOut();
+    bool isToHandOut() const noexcept { return _drawn.has_value(); }
     // After the frames of a slot: what is better done while nothing is drawn.
     void askForPages() { terrainView().askForPages(); }
 
@@ -95,7 +100,16 @@ private:
     out::FrameMemory memoryForFrame();
     void bringIn(const out::FrameMemory& memory, double light);
     void tellReach();
-    void handOut(out::Receipt& receipt, const out::FrameMemory& memory, int64_t recordingAheadNs);
+    // A frame that the sinks have not got yet.
+    struct Drawn {
+        FrameStats stats; // frameNs: so far
+        out::FrameMemory memory;
+        out::Receipt receipt;
+        bool isNew = false; // not the picture of the frame before
+        int64_t slotStartNs = 0;
+        int64_t recordingAheadNs = 0;
+    };
+    void writeToSinks(Drawn& drawn);
 
     config::View _settings;
     size_t _picture;
@@ -110,7 +124,8 @@ private:
     std::vector<NamedSink> _sinks;
     std::vector<std::byte> _rgba; // for frames that no sink has memory for; empty: nobody reads them
     std::vector<float> _depthM;   // empty: nobody wants it
-    bool _readerCame = false;     // since the last picture was read
+    std::optional<Drawn> _drawn;
+    bool _readerCame = false; // since the last picture was read
     RunStatistics _statistics;
     uint64_t _frameNumber = 0;
     uint32_t _budget;

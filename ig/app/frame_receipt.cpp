@@ -47,7 +47,7 @@ out::Receipt receiptOf(const FrameStats& stats, const ViewState& view, const Ell
     out.start_ns = times.startNs;
     out.render_start_ns = times.renderStartNs;
     out.render_end_ns = times.renderEndNs;
-    out.display_ns = times.startNs + std::llround(1e9 / times.rateHz);
+    out.display_ns = times.displayNs;
     out.extrapolation_ns = -1;
     if (host) {
         out.flags = EYEPOINT_RECEIPT_HOST;

@@ -15,7 +15,7 @@ struct FrameTimes {
     int64_t startNs = 0;
     int64_t renderStartNs = 0;
     int64_t renderEndNs = 0;
-    double rateHz = 60;
+    int64_t displayNs = 0; // that the picture is drawn for
 };
 
 // host: the newest message applied so far, if any; isNew: by this frame. The receipt's running counts

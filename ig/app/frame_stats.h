@@ -15,7 +15,7 @@ struct FrameStats {
     // the middle of the terrain.
     bool placed = false;
     // Wall time of the stages, ns. frameNs runs from the frame's start until it is handed to the sinks;
-    // waiting for the next slot does not count.
+    // waiting for that (output.hold_ms) and for the next slot does not count.
     int64_t frameNs = 0;
     int64_t hostNs = 0; // receive, apply, answer
     int64_t selectNs = 0;
@@ -27,6 +27,8 @@ struct FrameStats {
     // From the kernel's receipt of the newest host message used to the frame in the sinks; -1 when no
     // message came in since the frame before.
     int64_t transportDelayNs = -1;
+    // From the start of the slot to the frame in the sinks, with all that was waited for.
+    int64_t handedOutNs = 0;
     uint32_t triangleBudget = 0; // that was in force
     lod::LodStats lod;
     uint32_t pageIns = 0;       // since the last frame

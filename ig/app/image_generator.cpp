@@ -3,6 +3,7 @@
 
 #include "ig/app/log.h"
 #include "ig/app/realtime.h"
+#include "ig/app/signals.h"
 #include "ig/app/steady_clock.h"
 #include "ig/gl/driver_memory.h"
 
@@ -14,12 +15,13 @@ namespace ig::app {
 
 namespace {
 
-// Replay: nothing depends on how fast this machine is, and the picture is complete, whatever was loaded
-// before.
+// Replay: nothing depends on how fast this machine is, there is no clock to wait for, and the picture is
+// complete, whatever was loaded before.
 config::Settings steadied(config::Settings settings)
 {
     settings.terrain.frameTimeMs = 0;
     settings.terrain.waitForPages = true;
+    settings.output.holdMs = 0;
     return settings;
 }
 
@@ -154,12 +156,6 @@ Result<void> ImageGenerator::begin()
     return {};
 }
 
-// Live, the pictures are out when the next slot begins. In replay a frame belongs to a message of the host.
-double ImageGenerator::displayTimeS(double nowS) const
-{
-    return _host.replays() && _host.newestFrame() ? _host.newestFrame()->dataS : nowS + 1.0 / _rateHz;
-}
-
 bool ImageGenerator::feed(std::span<const std::byte> bytes, const hostif::Address& sender, int64_t timeNs)
 {
     return _host.feed(bytes, sender, static_cast<double>(timeNs) * kSecondsPerNs);
@@ -176,15 +172,22 @@ void ImageGenerator::addSink(std::string name, std::unique_ptr<out::FrameSink> s
     _channels.front()->addSink(std::move(name), std::move(sink));
 }
 
-std::span<const FrameStats> ImageGenerator::frame(int64_t startNs, uint64_t slot)
+std::span<const FrameStats> ImageGenerator::frame(int64_t startNs, uint64_t slot, int64_t slotStartNs)
 {
+    const bool isHeld = _settings.output.holdMs > 0;
+    const int64_t dueNs = slotStartNs + std::llround(_settings.output.holdMs * 1e6);
     FrameMoment moment;
+    moment.slotStartNs = slotStartNs;
     moment.scheduleStartNs = moment.startNs = startNs;
-    moment.rateHz = _rateHz;
+    // Else the pictures are out when the next slot begins.
+    moment.displayNs = isHeld ? std::max(startNs, dueNs) : startNs + std::llround(1e9 / _rateHz);
     moment.recordingAheadNs = _recordingAheadNs;
     const double nowS = static_cast<double>(startNs) * kSecondsPerNs;
     _host.receive(_world, nowS);
-    moment.displayS = displayTimeS(nowS);
+    // In replay a frame belongs to a message of the host.
+    moment.displayS = _host.replays() && _host.newestFrame()
+                          ? _host.newestFrame()->dataS
+                          : static_cast<double>(moment.displayNs) * kSecondsPerNs;
     _world.standOnGround(*_ground, moment.displayS);
     _host.answerQueries(_world, moment.displayS);
     _host.answer(nowS);
@@ -203,15 +206,39 @@ std::span<const FrameStats> ImageGenerator::frame(int64_t startNs, uint64_t slot
     _made.clear();
     for (const auto& channel : _channels) {
         if (channel->takeTurn(slot)) {
-            _made.push_back(channel->frame(_world, moment));
+            channel->draw(_world, moment);
+            if (!isHeld) {
+                _made.push_back(channel->handOut());
+            }
             moment.startNs = clockNs();
             moment.hostNs = 0;
         }
     }
+    const int64_t waitedNs = isHeld ? handOutWhenDue(dueNs) : 0;
     if (_channels.size() > 1) {
-        _together.add(together(hostNs, clockNs() - startNs));
+        _together.add(together(hostNs, clockNs() - startNs - waitedNs));
     }
     return _made;
+}
+
+// Where frames leave time for it, what follows them is done before they are handed out: the threads that load
+// have the longer then. Returns how long they were held.
+int64_t ImageGenerator::handOutWhenDue(int64_t dueNs)
+{
+    const int64_t drawnNs = steadyNs();
+    if (_drawing->terrain().takeOverBefore(dueNs)) {
+        for (const auto& channel : _channels) {
+            channel->askForPages();
+        }
+    }
+    sleepUntil(dueNs);
+    const int64_t heldNs = steadyNs() - drawnNs;
+    for (const auto& channel : _channels) {
+        if (channel->isToHandOut()) {
+            _made.push_back(channel->handOut());
+        }
+    }
+    return heldNs;
 }
 
 void ImageGenerator::prepare(int64_t nextStartNs)
@@ -239,6 +266,7 @@ FrameStats ImageGenerator::together(int64_t hostNs, int64_t frameNs) const
         all.sinkNs += one.sinkNs;
         all.loadNs += one.loadNs;
         all.transportDelayNs = std::max(all.transportDelayNs, one.transportDelayNs);
+        all.handedOutNs = std::max(all.handedOutNs, one.handedOutNs);
         all.lod.triangles += one.lod.triangles;
         all.lod.tilesVisited += one.lod.tilesVisited;
         all.lod.tilesCulled += one.lod.tilesCulled;

@@ -4,7 +4,8 @@
 // One frame: receive and apply what the host said -> Start Of Frame out -> then for each view (channel.h)
 // whose turn it is: its state at this instant -> triangle budget that fits the frame time -> take over pages
 // that it lacked, select, draw -> read back -> sinks. Then, while nothing is drawn: other pages are taken
-// over, and asked for.
+// over, and asked for. With output.hold_ms all views are drawn before the first is handed out, and what is
+// left until then goes to pages, too.
 //
 // Several views share context, programs and pages. The schedule runs at the highest of their rates, the
 // others take every second, third ... slot; those of the same rate take turns, so that slots cost alike.
@@ -48,8 +49,13 @@ public:
     const Plan& plan() const noexcept { return _drawing->plan(); }
 
     // Makes the frames of one slot of the schedule: one of each view whose turn it is, in the order of the
-    // settings. startNs: when it starts, steady clock. The span is good until the next call.
-    std::span<const FrameStats> frame(int64_t startNs, uint64_t slot);
+    // settings. startNs: when it starts, steady clock. slotStartNs: when it was to start by the schedule,
+    // from where output.hold_ms counts. The span is good until the next call.
+    std::span<const FrameStats> frame(int64_t startNs, uint64_t slot, int64_t slotStartNs);
+    std::span<const FrameStats> frame(int64_t startNs, uint64_t slot)
+    {
+        return frame(startNs, slot, startNs);
+    }
     // After a slot's frames, in the time until the next slot that has some (steady clock): takes over loaded
     // pages and asks for others, those of settings on their way, too.
     void prepare(int64_t nextStartNs);
@@ -118,7 +124,7 @@ private:
     void putInForce(const config::Settings& settings);
     void tellPlan(bool pagesStay, int64_t startNs);
     void followWeather(double nowS);
-    double displayTimeS(double nowS) const;
+    int64_t handOutWhenDue(int64_t dueNs);
     FrameStats together(int64_t hostNs, int64_t frameNs) const;
 
     config::Settings _settings;

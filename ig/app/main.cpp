@@ -66,9 +66,10 @@ public:
 
     void frames(uint64_t count)
     {
-        int64_t startNs = _firstStartNs;
+        int64_t slotStartNs = _firstStartNs;
+        int64_t startNs = slotStartNs;
         while (!ig::app::stopRequested()) {
-            afterFrames(_ig.frame(startNs, _schedule.slot()));
+            afterFrames(_ig.frame(startNs, _schedule.slot(), slotStartNs));
             if (count > 0 && _ig.statistics().frames() == count) {
                 break;
             }
@@ -78,9 +79,9 @@ public:
             if (ig::app::takeStatisticsRequest()) {
                 dumpStatistics();
             }
-            const int64_t nextStartNs = _schedule.nextStartNs(ig::app::steadyNs());
-            _ig.prepare(nextStartNs);
-            ig::app::sleepUntil(nextStartNs);
+            slotStartNs = _schedule.nextStartNs(ig::app::steadyNs());
+            _ig.prepare(slotStartNs);
+            ig::app::sleepUntil(slotStartNs);
             startNs = ig::app::steadyNs();
         }
         _notifier.stopping();

@@ -106,6 +106,7 @@ void ViewMetrics::add(const FrameStats& frame) noexcept
     if (frame.transportDelayNs >= 0) {
         transportDelay.add(frame.transportDelayNs);
     }
+    handedOut.add(frame.handedOutNs);
     framesWithMissingTiles += frame.lod.tilesMissing > 0 ? 1 : 0;
     pageIns += frame.pageIns;
     bytesUploaded += frame.bytesUploaded;
@@ -168,6 +169,8 @@ void viewsText(Text& text, const Metrics& m, const MetricsLabels& labels)
     ofViews(text, m, labels, "transport_delay_seconds",
             "From the kernel's receipt of a host message to its frame handed out.",
             &ViewMetrics::transportDelay);
+    ofViews(text, m, labels, "handed_out_seconds", "From the start of its slot to a frame handed out.",
+            &ViewMetrics::handedOut);
     gauge("triangles", &ViewMetrics::triangles, "Triangles of the newest frame.");
     gauge("triangle_budget", &ViewMetrics::triangleBudget, "Triangles that a frame may have.");
     gauge("tolerance_pixels", &ViewMetrics::tauPx, "Tolerance that the budget allowed, newest frame.");

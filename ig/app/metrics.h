@@ -23,7 +23,7 @@ struct StepHistogram {
 };
 
 struct ViewMetrics {
-    StepHistogram frameTime, transportDelay, sinkTime;
+    StepHistogram frameTime, transportDelay, handedOut, sinkTime;
     uint64_t frames = 0;
     uint64_t missedFrames = 0;
     uint64_t framesWithMissingTiles = 0;

@@ -98,6 +98,7 @@ void RunStatistics::add(const FrameStats& frame) noexcept
     if (frame.transportDelayNs >= 0) {
         _transportDelay.add(frame.transportDelayNs);
     }
+    _handedOut.add(frame.handedOutNs);
     _triangles.add(frame.lod.triangles);
     _tauPx.add(frame.lod.tauPx);
     _errorPx.add(frame.lod.errorPx);
@@ -147,6 +148,7 @@ nlohmann::ordered_json RunStatistics::ofView(const RunSummary::View& view) const
             {"read_back_ms", milliseconds(_readBack)},
             {"sink_ms", milliseconds(_sink)},
             {"transport_delay_ms", milliseconds(_transportDelay)},
+            {"handed_out_ms", milliseconds(_handedOut)},
             {"triangles", triangles(view.triangleBudget)},
             {"tau_px", extentOf(_tauPx, frames())},
             {"error_px", extentOf(_errorPx, frames())},
@@ -194,6 +196,7 @@ std::string RunStatistics::json(const RunSummary& run) const
                     {"sink_ms", milliseconds(_sink)},
                     {"load_ms", milliseconds(_load)},
                     {"transport_delay_ms", milliseconds(_transportDelay)},
+                    {"handed_out_ms", milliseconds(_handedOut)},
                     {"triangles", triangles(run.triangleBudget)},
                     {"tau_px", extent(_tauPx)},
                     {"error_px", extent(_errorPx)},

@@ -84,7 +84,7 @@ private:
     nlohmann::ordered_json triangles(uint32_t largestBudget) const;
     nlohmann::ordered_json ofView(const RunSummary::View& view) const;
 
-    Histogram _frameTime, _host, _select, _draw, _readBack, _sink, _load, _transportDelay;
+    Histogram _frameTime, _host, _select, _draw, _readBack, _sink, _load, _transportDelay, _handedOut;
     Extent _triangles, _tauPx, _errorPx;
     uint64_t _verticesEvaluated = 0, _listsMade = 0, _tilesVisited = 0, _tilesCulled = 0,
              _framesWithMissingTiles = 0;

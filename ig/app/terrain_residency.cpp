@@ -107,6 +107,7 @@ void TerrainResidency::use(uint32_t view, std::span<const uint32_t> pages)
 void TerrainResidency::takeOver(FrameStats& stats)
 {
     const int64_t start = steadyNs();
+    _isBetween = false;
     const size_t amongFirst = _restWaits ? _wantedRequests : data::PageLoader::kMaxRequests;
     while (stats.pageIns < _settings.pageLoadsPerFrame && takeNext(amongFirst, stats)) {
     }
@@ -115,16 +116,19 @@ void TerrainResidency::takeOver(FrameStats& stats)
     stats.loadNs += steadyNs() - start;
 }
 
-void TerrainResidency::takeOverBefore(int64_t nextFrameNs)
+bool TerrainResidency::takeOverBefore(int64_t nextFrameNs)
 {
     if (_settings.waitForPages) {
-        return;
+        return false;
     }
     const auto isTime = [nextFrameNs] { return steadyNs() + kTakeOverNs < nextFrameNs; };
-    _restWaits = isTime();
+    const bool hadTime = isTime();
+    _restWaits = hadTime || (_isBetween && _restWaits);
+    _isBetween = true;
     while (_betweenFrames.pageIns < _settings.pageLoadsPerFrame && isTime() &&
            takeNext(data::PageLoader::kMaxRequests, _betweenFrames)) {
     }
+    return hadTime;
 }
 
 // A finished page, of the first so many requests. Its buffer stays until the next requests: the loader would

@@ -75,8 +75,9 @@ public:
     // The same after a frame, in the time that is left until the next one starts (steady clock): as many
     // pages, none in the last millisecond. Where there was time, the next frame takes over nothing but pages
     // that views lack. Its pageIns and bytesUploaded are the next frame's. Who calls it does so after every
-    // frame.
-    void takeOverBefore(int64_t nextFrameNs);
+    // frame, once or as often as there is something to wait for. Returns whether there was time; none where
+    // pictures wait for their pages.
+    bool takeOverBefore(int64_t nextFrameNs);
     // Says what the view lacks and what it may need soon, most urgent first, in place of what it said before.
     // The threads read the former first.
     void request(uint32_t view, std::span<const uint32_t> wanted, std::span<const uint32_t> ahead);
@@ -152,6 +153,7 @@ private:
     std::vector<uint32_t> _pinned;
     size_t _wantedRequests = 0;            // the first of _requests: what views lack
     bool _restWaits = false;               // the others are taken over between frames
+    bool _isBetween = false;               // since takeOverBefore(), no frame has begun
     FrameStats _betweenFrames;             // of takeOverBefore(), for the next frame
     std::vector<data::LoadedPage*> _taken; // whose buffers are the loader's again with the next requests
     data::PageLoader _loader;              // last: it reads _heights

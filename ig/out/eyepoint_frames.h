@@ -98,7 +98,8 @@ struct eyepoint_receipt {
     int64_t render_start_ns;  /* host applied, view known */
     int64_t render_end_ns;    /* picture read back */
     int64_t publish_ns;       /* ring: the slot was whole; elsewhere: all sinks had taken the frame */
-    int64_t display_ns;       /* end of the frame's period, when a display at the fixed rate shows it */
+    int64_t display_ns;       /* end of the frame's period, when a display at the fixed rate shows it; with */
+                              /* output.hold_ms when it is due to be handed out */
     int64_t extrapolation_ns; /* age of the host's state at start_ns, the pose is held so long; -1 no host */
     double eye_ecef_m[3];
     double eye_latitude_deg, eye_longitude_deg, eye_height_m; /* on the dataset's ellipsoid */

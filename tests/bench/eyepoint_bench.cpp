@@ -11,12 +11,15 @@
 //   pace      a paced flight: p99 / mean of the frame time, missed frames, shares of selection and of list
 //             making; with a fixed budget and with the budget that holds --frame-time. Of the frames that
 //             were late: how many would have been so without the wait for a core (see core_waits.h), and how
-//             many used so much CPU time that they would have been late at the usual ratio of wall time to it
+//             many used so much CPU time that they would have been late at the usual ratio of wall time to
+//             it. When frames are handed out, from the start of their slot: as soon as they are there, or
+//             --hold ms after it where they are not later
 //   steadiness  the same paced flight nine times, its first 20 s, each frame at its median: p99 / mean with
 //             little of the machine's share, and how far the CPU times of one frame lie apart, which is the
 //             machine's. Held: a pass before them decides the budgets, so that the nine draw the same
 //             triangles; what disturbed that pass is in its budgets
-//   machine   p99 / mean of fixed arithmetic in place of frames: what the machine itself adds to pace
+//   machine   p99 / mean of fixed arithmetic in place of frames, and of one picture drawn again and again:
+//             what the machine itself adds to pace
 #include "core_waits.h"
 #include "ig/app/command_line.h"
 #include "ig/app/frame_schedule.h"
@@ -32,6 +35,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <ctime>
 #include <memory>
@@ -51,6 +55,7 @@ struct Options {
     double frameTimeMs = 10;
     uint32_t smallestBudget = 4'000;
     bool holdCpuTime = false; // of all threads, in place of wall time
+    double holdMs = 0;        // until frames are handed out
     double speedMs = 250, heightM = 300;
     std::vector<std::string> parts{"static", "soar", "size", "pace", "steadiness", "held", "machine"};
 
@@ -136,6 +141,15 @@ struct Runner {
         terrainView->draw(view, unused);
         renderer->finish();
         return {};
+    }
+
+    // Between a frame and its handing out, as the image generator does.
+    void waitUntilDue(int64_t dueNs)
+    {
+        if (terrain->takeOverBefore(dueNs)) {
+            terrainView->askForPages();
+        }
+        app::sleepUntil(dueNs);
     }
 
     // After a frame, as the image generator does.
@@ -517,9 +531,42 @@ void arithmetic(int64_t steps)
     arithmeticResult = x;
 }
 
+double p99OverMean(const Histogram& histogram)
+{
+    return histogram.quantileNs(0.99) / histogram.meanNs();
+}
+
+// Two views a frame apart in turn, so that each is selected and drawn again, at the same cost.
+Json measureOnePicture(Runner& runner, const Options& options)
+{
+    constexpr double kLongestS = 30;
+    const std::array<ViewState, 2> views{runner.flight->view(0, options.width, options.height),
+                                         runner.flight->view(1 / 60.0, options.width, options.height)};
+    if (auto warm = runner.warmUp(views[0]); !warm) {
+        return {{"error", warm.error().message}};
+    }
+    Histogram frame, cpu;
+    const auto frames = static_cast<size_t>(std::min(kLongestS, options.seconds) * options.rateHz);
+    app::FrameSchedule schedule(app::steadyNs(), options.rateHz);
+    for (size_t i = 0; i < kWarmUpFrames + std::max<size_t>(1, frames); ++i) {
+        const Runner::Cost cost = runner.frame(views[i % 2], options.budget);
+        if (i >= kWarmUpFrames) {
+            frame.add(cost.stats.frameNs);
+            cpu.add(static_cast<int64_t>(cost.cpuMs * 1e6));
+        }
+        const int64_t nextStartNs = schedule.nextStartNs(app::steadyNs());
+        runner.prepare(nextStartNs);
+        app::sleepUntil(nextStartNs);
+    }
+    return {{"one_picture_ms_mean", frame.meanNs() * 1e-6},
+            {"one_picture_p99_over_mean", p99OverMean(frame)},
+            {"one_picture_cpu_p99_over_mean", p99OverMean(cpu)}};
+}
+
 // What the machine itself adds: p99 / mean of fixed arithmetic, as long as a frame, paced like one, on two
-// threads as the driver's. On an idle machine of one's own it is close to 1.
-Json measureMachine(double frameNs, const Options& options)
+// threads as the driver's. On an idle machine of one's own it is close to 1. Then of frames that cost
+// the same.
+Json measureMachine(Runner& runner, double frameNs, const Options& options)
 {
     const int64_t probeSteps = 2'000'000;
     int64_t begin = app::steadyNs();
@@ -544,19 +591,16 @@ Json measureMachine(double frameNs, const Options& options)
             start = app::steadyNs();
         }
     }
-    return {{"one_thread_p99_over_mean", one.quantileNs(0.99) / one.meanNs()},
-            {"two_threads_p99_over_mean", two.quantileNs(0.99) / two.meanNs()}};
+    Json report{{"one_thread_p99_over_mean", p99OverMean(one)},
+                {"two_threads_p99_over_mean", p99OverMean(two)}};
+    report.update(measureOnePicture(runner, options));
+    return report;
 }
 
 app::FrameTimeControl makeControl(const Runner& runner, const Options& options)
 {
     return {{options.frameTimeMs, std::min(options.smallestBudget, options.budget), options.budget},
             runner.ground->info().shape.ellipsoid};
-}
-
-double p99OverMean(const Histogram& histogram)
-{
-    return histogram.quantileNs(0.99) / histogram.meanNs();
 }
 
 // Frames longer than their period, and whose doing they were.
@@ -593,7 +637,10 @@ private:
 Json measurePace(Runner& runner, const Options& options, bool held)
 {
     app::FrameTimeControl control = makeControl(runner, options);
-    Histogram frame, cpu, select, lists, load;
+    Histogram frame, cpu, select, lists, load, handedOut;
+    const auto holdNs = static_cast<int64_t>(options.holdMs * 1e6);
+    constexpr int64_t kLateNs = 500'000;
+    uint64_t handedOutLate = 0;
     bench::CoreWaits waits;
     LateFrames late;
     std::vector<double> tau, triangles, budgets;
@@ -602,16 +649,21 @@ Json measurePace(Runner& runner, const Options& options, bool held)
     uint64_t pageIns = 0, missingTiles = 0;
     const int64_t first = app::steadyNs();
     app::FrameSchedule schedule(first, options.rateHz);
-    int64_t start = first;
+    int64_t start = first, slotStart = first;
     while (static_cast<double>(start - first) * 1e-9 < options.seconds) {
         const ViewState view =
             runner.flight->view(static_cast<double>(start - first) * 1e-9, options.width, options.height);
         waits.longestNs();
         const Runner::Cost cost = held ? runner.frame(view, control) : runner.frame(view, options.budget);
         const app::FrameStats& stats = cost.stats;
+        const int64_t waitNs = waits.longestNs();
+        if (holdNs > 0) {
+            runner.waitUntilDue(slotStart + holdNs);
+        }
         const int64_t finished = app::steadyNs();
-        late.add({static_cast<double>(stats.frameNs) * 1e-6, cost.cpuMs,
-                  static_cast<double>(waits.longestNs()) * 1e-6});
+        handedOut.add(finished - slotStart);
+        handedOutLate += finished - slotStart > holdNs + kLateNs ? 1 : 0;
+        late.add({static_cast<double>(stats.frameNs) * 1e-6, cost.cpuMs, static_cast<double>(waitNs) * 1e-6});
         frame.add(stats.frameNs);
         cpu.add(static_cast<int64_t>(cost.cpuMs * 1e6));
         select.add(stats.selectNs - listsNs(stats));
@@ -624,9 +676,9 @@ Json measurePace(Runner& runner, const Options& options, bool held)
         errorMax = std::max<double>(errorMax, stats.lod.errorPx);
         pageIns += stats.pageIns;
         missingTiles += stats.lod.tilesMissing > 0 ? 1 : 0;
-        const int64_t nextStartNs = schedule.nextStartNs(finished);
-        runner.prepare(nextStartNs);
-        app::sleepUntil(nextStartNs);
+        slotStart = schedule.nextStartNs(finished);
+        runner.prepare(slotStart);
+        app::sleepUntil(slotStart);
         start = app::steadyNs();
     }
     const double minutes = options.seconds / 60.0;
@@ -640,6 +692,9 @@ Json measurePace(Runner& runner, const Options& options, bool held)
                 {"p99_over_mean", p99OverMean(frame)},
                 {"cpu_ms_mean", cpu.meanNs() * 1e-6},
                 {"cpu_p99_over_mean", p99OverMean(cpu)},
+                {"handed_out_ms_mean", handedOut.meanNs() * 1e-6},
+                {"handed_out_ms_p99", handedOut.quantileNs(0.99) * 1e-6},
+                {"handed_out_p99_over_mean", p99OverMean(handedOut)},
                 {"select_share", select.meanNs() / frame.meanNs()},
                 {"select_ms_p99", select.quantileNs(0.99) * 1e-6},
                 {"lists_share", lists.meanNs() / frame.meanNs()},
@@ -651,6 +706,10 @@ Json measurePace(Runner& runner, const Options& options, bool held)
                 {"error_px_max", errorMax},
                 {"frames_with_missing_tiles", missingTiles},
                 {"page_ins", pageIns}};
+    if (holdNs > 0) {
+        report["hold_ms"] = options.holdMs;
+        report["handed_out_late"] = handedOutLate;
+    }
     if (held) {
         report["frame_time_ms"] = options.frameTimeMs;
         report["budget"] = spread(budgets);
@@ -771,7 +830,8 @@ Result<Json> run(const Options& options)
         }
     }
     if (options.wants("machine") && report.contains("pace")) {
-        report["machine"] = measureMachine(report["pace"]["frame_ms_mean"].get<double>() * 1e6, options);
+        report["machine"] =
+            measureMachine(**runner, report["pace"]["frame_ms_mean"].get<double>() * 1e6, options);
     }
     report["frames_over_budget"] = overBudget + (*runner)->overBudget;
     return report;
@@ -801,6 +861,9 @@ int main(int argc, char** argv)
         ->check(ig::app::within(512, 1'000'000));
     app.add_flag("--hold-cpu-time", options.holdCpuTime,
                  "--frame-time is CPU time of all threads: for machines that do other things too");
+    app.add_option("--hold", options.holdMs,
+                   "ms from the start of a slot to its frame handed out, of pace; 0: when it is there")
+        ->check(ig::app::within(0.0, 1e4));
     app.add_option("--parts", options.parts,
                    "what is measured: static, soar, size (with --small), pace, steadiness, machine (with "
                    "pace); held: pace and steadiness with the moving budget, too")
