@@ -500,6 +500,34 @@ TEST_CASE("a jump comes to its budget in few trials")
     CHECK(trials < 2 * jumps);
 }
 
+TEST_CASE("a hop to other ground settles at once, and the next one as far is flight")
+{
+    const Named& hills = terrains().front();
+    for (const bool cullVertices : kMethods) {
+        const auto selector = test::makeSelector(hills.terrain, settingsOf(3'000, 0.1F, cullVertices));
+        DrawList list, fresh;
+        const auto fly = [&](double row, double heading) {
+            const ViewState view =
+                test::look(test::at(hills.terrain.shape, 20, row, 900), {heading, -0.25, 0});
+            selector->select(view, list);
+            test::makeSelector(hills.terrain, settingsOf(3'000, 0.1F, cullVertices))->select(view, fresh);
+        };
+        // Over the land, then quickly round to where there is little of it.
+        for (int frame = 0; frame <= 10; ++frame) {
+            fly(128, kPi / 2 + 0.1 * kPi * frame);
+        }
+        INFO((cullVertices ? "bintree" : "hybrid"));
+        fly(128.05, 1.5 * kPi); // 3 m
+        CHECK(list.stats.tauPx > 1.5 * fresh.stats.tauPx);
+        CHECK(list.stats.trianglesCounted == 0);
+        fly(132, 1.5 * kPi); // 220 m
+        CHECK(list.stats.tauPx < 1.1 * fresh.stats.tauPx);
+        CHECK(list.stats.trianglesCounted > 0);
+        fly(136, 1.5 * kPi);
+        CHECK(list.stats.trianglesCounted == 0);
+    }
+}
+
 TEST_CASE("a quick turn leads tau by steps that the morph follows, whatever comes into view")
 {
     const Named& hills = terrains().front();
@@ -608,7 +636,8 @@ TEST_CASE("a parallel view is watertight, within the budget and the bound, and a
             ViewState back = view;
             back.eye.m += 40'000.0 * glm::transpose(view.eyeFromEcef)[2];
             const DrawList again = refine(named.terrain, back, settings);
-            REQUIRE(again.stats.tauPx >= list.stats.tauPx);
+            // The last trial may leave a little of the budget.
+            REQUIRE(again.stats.tauPx >= 0.98F * list.stats.tauPx);
         }
     }
     CHECK(used > 0.3);
