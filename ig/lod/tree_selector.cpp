@@ -41,6 +41,8 @@ constexpr double kReachStepDown = 0.0015;
 // step ends few live ranges. After a jump there are none.
 constexpr double kFittingSlack = 0.0005;
 constexpr double kJumpSlack = 0.01;
+// Triangles may fall more slowly than the reach.
+constexpr double kReachPerTriangles = 1.25;
 constexpr double kFarShare = 0.85; // below it, larger steps
 // With less than this share it is led as fast as the morph follows; where no steps lead, as by a jump.
 constexpr double kJumpShare = 0.5;
@@ -258,7 +260,8 @@ double TreeSelector::reachByTrial(const Trial& last, const Trial& fits, const Tr
         const double further = std::clamp(kAimedShare * _budget / std::max(last.made, 1.0), 1.05, 4.0);
         return std::min(_finestReach, fits.reach * further);
     }
-    return fails.reach * std::max((1.0 - std::ldexp(slack, number)) * _budget / last.made, 0.3);
+    const double share = (1.0 - std::ldexp(slack, number)) * _budget / last.made;
+    return fails.reach * std::max(std::pow(share, kReachPerTriangles), 0.3);
 }
 
 // Of the triangles at every reach, for solve().
