@@ -644,7 +644,56 @@ TEST_CASE("a view that waits for its pages is complete at once, however few a fr
     CHECK(stats.lod.tilesMissing == 0);
 }
 
-TEST_CASE("a channel reads pictures back while somebody looks at them, and else waits until they are drawn")
+namespace {
+
+// A channel of 64 x 48 pixels, drawn by nobody, and all that it needs.
+struct SmallChannel {
+    SmallChannel()
+    {
+        settings.view.width = 64;
+        settings.view.height = 48;
+    }
+
+    std::unique_ptr<app::Channel> makeChannel()
+    {
+        auto made = std::make_unique<app::Channel>(settings, config::viewsOf(settings).front(), 0,
+                                                   app::SlotTurns(1, 0), drawing, log,
+                                                   std::vector<app::Channel::NamedSink>());
+        REQUIRE(made->warmUp());
+        return made;
+    }
+
+    const test::TempDir dir;
+    CollectedLog log;
+    config::Settings settings;
+    const app::TerrainSettings terrainSettings = [] {
+        app::TerrainSettings waiting = smallSettings();
+        waiting.waitForPages = true;
+        return waiting;
+    }();
+    const data::Dataset dataset = openDataset(makeDataset(dir));
+    const scene::World world{dataset.info().shape.ellipsoid, {}};
+
+    std::unique_ptr<gl::NullRenderer> counting =
+        std::make_unique<gl::NullRenderer>(nullRenderer(terrainSettings));
+    const gl::NullRenderer& renderer = *counting;
+    app::Drawing drawing{std::move(counting), dataset, plan(), log};
+
+private:
+    app::Plan plan() const
+    {
+        app::Plan plan;
+        plan.terrain = terrainSettings;
+        plan.views = {{lookNorth(dataset.info(), 900), terrainSettings.selection}};
+        return plan;
+    }
+};
+
+} // namespace
+
+TEST_CASE_METHOD(
+    SmallChannel,
+    "a channel reads pictures back while somebody looks at them, and else waits until they are drawn")
 {
     struct Sink : out::FrameSink {
         Sink(std::vector<size_t>& into, bool looksAtThem, bool failsSoon)
@@ -664,21 +713,6 @@ TEST_CASE("a channel reads pictures back while somebody looks at them, and else 
         bool looks, fails;
     };
     constexpr size_t kPictureBytes = size_t{64} * 48 * 4;
-    const test::TempDir dir;
-    CollectedLog log;
-    config::Settings settings;
-    settings.view.width = 64;
-    settings.view.height = 48;
-    app::TerrainSettings terrainSettings = smallSettings();
-    terrainSettings.waitForPages = true;
-    const data::Dataset dataset = openDataset(makeDataset(dir));
-    app::Plan plan;
-    plan.terrain = terrainSettings;
-    plan.views = {{lookNorth(dataset.info(), 900), terrainSettings.selection}};
-    auto counting = std::make_unique<gl::NullRenderer>(nullRenderer(terrainSettings));
-    const gl::NullRenderer& renderer = *counting;
-    app::Drawing drawing(std::move(counting), dataset, plan, log);
-    const scene::World world(dataset.info().shape.ellipsoid, {});
     std::vector<size_t> bytes;
     // Reads and waits of four frames, drawn for the first sink.
     const auto fly = [&](app::Channel& channel) {
@@ -693,12 +727,6 @@ TEST_CASE("a channel reads pictures back while somebody looks at them, and else 
         return std::pair(renderer.counts().reads - before.reads,
                          renderer.counts().finishes - before.finishes);
     };
-    const auto channelWith = [&](std::vector<app::Channel::NamedSink> sinks) {
-        auto channel = std::make_unique<app::Channel>(settings, config::viewsOf(settings).front(), 0,
-                                                      app::SlotTurns(1, 0), drawing, log, std::move(sinks));
-        REQUIRE(channel->warmUp());
-        return channel;
-    };
     const auto sink = [&bytes](bool looks, bool fails = false) {
         return std::make_unique<Sink>(bytes, looks, fails);
     };
@@ -706,7 +734,7 @@ TEST_CASE("a channel reads pictures back while somebody looks at them, and else 
 
     SECTION("nobody, then somebody")
     {
-        const auto channel = channelWith({});
+        const auto channel = makeChannel();
         CHECK(fly(*channel) == Counts(0, 4));
         CHECK(channel->statistics().frames() == 4);
         channel->addSink("late", sink(true));
@@ -715,14 +743,14 @@ TEST_CASE("a channel reads pictures back while somebody looks at them, and else 
     }
     SECTION("receipts alone")
     {
-        const auto channel = channelWith({});
+        const auto channel = makeChannel();
         channel->addSink("receipts", sink(false));
         CHECK(fly(*channel) == Counts(0, 4));
         CHECK(bytes == std::vector<size_t>(4, 0));
     }
     SECTION("until the last one that looks has failed")
     {
-        const auto channel = channelWith({});
+        const auto channel = makeChannel();
         channel->addSink("full", sink(true, true));
         channel->addSink("receipts", sink(false));
         CHECK(fly(*channel) == Counts(1, 3));
@@ -731,13 +759,13 @@ TEST_CASE("a channel reads pictures back while somebody looks at them, and else 
     SECTION("the control by frame time")
     {
         settings.terrain.frameTimeMs = 12;
-        const auto channel = channelWith({});
+        const auto channel = makeChannel();
         CHECK(fly(*channel) == Counts(4, 0));
     }
     SECTION("what is not drawn again is neither read nor waited for, but for who comes later")
     {
         settings.output.skipIdentical = true;
-        const auto channel = channelWith({});
+        const auto channel = makeChannel();
         (void)fly(*channel);
         CHECK(fly(*channel) == Counts(0, 0));
         channel->addSink("late", sink(true));
@@ -746,7 +774,8 @@ TEST_CASE("a channel reads pictures back while somebody looks at them, and else 
     }
 }
 
-TEST_CASE("what a frame is held for between drawing and handing out is no part of its cost")
+TEST_CASE_METHOD(SmallChannel,
+                 "what a frame is held for between drawing and handing out is no part of its cost")
 {
     struct Sink : out::FrameSink {
         explicit Sink(out::Receipt& into) : newest(into) {}
@@ -759,26 +788,11 @@ TEST_CASE("what a frame is held for between drawing and handing out is no part o
         Result<out::SinkStats> close() override { return stats(); }
         out::Receipt& newest;
     };
-    const test::TempDir dir;
-    CollectedLog log;
-    config::Settings settings;
-    settings.view.width = 64;
-    settings.view.height = 48;
     settings.terrain.frameTimeMs = 12;
-    app::TerrainSettings terrainSettings = smallSettings();
-    terrainSettings.waitForPages = true;
-    const data::Dataset dataset = openDataset(makeDataset(dir));
-    app::Plan plan;
-    plan.terrain = terrainSettings;
-    plan.views = {{lookNorth(dataset.info(), 900), terrainSettings.selection}};
-    app::Drawing drawing(std::make_unique<gl::NullRenderer>(nullRenderer(terrainSettings)), dataset, plan,
-                         log);
-    const scene::World world(dataset.info().shape.ellipsoid, {});
     out::Receipt receipt{};
-    app::Channel channel(settings, config::viewsOf(settings).front(), 0, app::SlotTurns(1, 0), drawing, log,
-                         {});
+    const auto made = makeChannel();
+    app::Channel& channel = *made;
     channel.addSink("newest", std::make_unique<Sink>(receipt));
-    REQUIRE(channel.warmUp());
     size_t allocated = 0; // by the newest frame
     for (int frame = 0; frame < 4; ++frame) {
         const size_t allocatedBefore = test::allocations();

@@ -140,7 +140,7 @@ void Channel::draw(const scene::World& world, const FrameMoment& moment)
     _budget = stats.triangleBudget;
     out::Receipt& receipt = frame.receipt;
     receipt = receiptOf(stats, _view, _drawing->terrain().info().shape.ellipsoid,
-                        {moment.scheduleStartNs, renderStartNs, readBack, moment.displayNs}, moment.host,
+                        {moment.slotBeganNs, renderStartNs, readBack, moment.displayNs}, moment.host,
                         _arrivalS.has_value());
     receipt.view_id = id();
     receipt.triangle_budget = stats.triangleBudget;

@@ -26,12 +26,12 @@ namespace ig::app {
 
 // What a channel's frame is made of, beside the world.
 struct FrameMoment {
-    int64_t slotStartNs = 0;      // when the schedule has the slot start
-    int64_t scheduleStartNs = 0;  // when the slot's first frame started: the time that the pictures stand for
+    int64_t slotStartNs = 0;      // when the slot was to start, by the schedule
+    int64_t slotBeganNs = 0;      // when its first frame started: the time that the pictures stand for
     int64_t startNs = 0;          // when this frame started
     int64_t hostNs = 0;           // what of it went to the host
     double displayS = 0;          // the time that the picture is drawn for
-    int64_t displayNs = 0;        // the same of the schedule, which is another in replay
+    int64_t displayNs = 0;        // the same on the clock of startNs; in replay displayS is the host's
     double light = 1;             // of the picture that is left, see loss_fade.h
     int64_t recordingAheadNs = 0; // what a replayed frame's times are ahead of the steady clock
     std::optional<hostif::HostFrame> host; // the newest message

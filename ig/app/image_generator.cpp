@@ -178,7 +178,7 @@ std::span<const FrameStats> ImageGenerator::frame(int64_t startNs, uint64_t slot
     const int64_t dueNs = slotStartNs + std::llround(_settings.output.holdMs * 1e6);
     FrameMoment moment;
     moment.slotStartNs = slotStartNs;
-    moment.scheduleStartNs = moment.startNs = startNs;
+    moment.slotBeganNs = moment.startNs = startNs;
     // Else the pictures are out when the next slot begins.
     moment.displayNs = isHeld ? std::max(startNs, dueNs) : startNs + std::llround(1e9 / _rateHz);
     moment.recordingAheadNs = _recordingAheadNs;

@@ -277,12 +277,13 @@ void PageLists::make(int32_t slot, const Visibility& visibility, Visibility::Pla
         }
         free(page.first[list]);
         const bool isOfChild = list != kTop && drawnByChild(slot, list);
-        if (!isOfChild && (page.seen & bit) != 0) {
+        if (!isOfChild && (page.seen & bit) == 0) {
+            continue; // until it is seen
+        }
+        page.dirty &= ~bit;
+        if (!isOfChild) {
             makeList(slot, list);
             ++_made;
-        }
-        if (isOfChild || (page.seen & bit) != 0) {
-            page.dirty &= ~bit;
         }
     }
 }
@@ -322,7 +323,7 @@ const PageLists::Box& PageLists::windowBox(int32_t slot, size_t window)
 PageLists::Box PageLists::boxOfWindow(int32_t slot, int west, int north) const
 {
     constexpr float kFar = std::numeric_limits<float>::max();
-    Bounds bounds{{kFar, kFar, kFar, kFar}, {-kFar, -kFar, -kFar, -kFar}};
+    Bounds bounds{{kFar, kFar, kFar, kFar}, {-kFar, -kFar, -kFar, -kFar}}; // nothing
     double errorM = 0;
     for (int row = 0; row <= kWindow; ++row) {
         for (int col = 0; col <= kWindow; ++col) {

@@ -41,8 +41,8 @@ constexpr double kReachStepDown = 0.0015;
 // step ends few live ranges. After a jump there are none.
 constexpr double kFittingSlack = 0.0005;
 constexpr double kJumpSlack = 0.01;
-// Triangles may fall more slowly than the reach.
-constexpr double kReachPerTriangles = 1.25;
+// Triangles may fall more slowly than the reach: to have a share of them, it takes this power of the share.
+constexpr double kReachExponent = 1.25;
 constexpr double kFarShare = 0.85; // below it, larger steps
 // With less than this share it is led as fast as the morph follows; where no steps lead, as by a jump.
 constexpr double kJumpShare = 0.5;
@@ -128,8 +128,8 @@ TreeSelector::Motion TreeSelector::motionTo(const ViewState& view) const noexcep
     const double sine = glm::length(axial);
     const double cosine = 0.5 * (turn[0][0] + turn[1][1] + turn[2][2] - 1.0);
     const double turnRad = std::atan2(sine, cosine);
-    motion.jumped = !(motion.movedM <= std::max(kHopM, kHopSpeeds * std::max(_speedM, _movedM))) ||
-                    !(motion.movedM <= kJumpM) || !(turnRad <= kJumpRad);
+    const double flightM = std::clamp(kHopSpeeds * std::max(_speedM, _movedM), kHopM, kJumpM);
+    motion.jumped = !(motion.movedM <= flightM) || !(turnRad <= kJumpRad);
     if (!sameLens) {
         motion.jumped = true;
         motion.turn = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
@@ -196,8 +196,8 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
     Trial fails; // the smallest known not to
     fails.reach = std::numeric_limits<double>::infinity();
     // More than before may be drawn, or there is more while the eye rests: no small steps lead there.
-    const bool grows = budget > _lastBudget || (!motion.moves() && _graph.changes() != _pagesChanged);
-    _pagesChanged = _graph.changes();
+    const bool grows = budget > _lastBudget || (!motion.moves() && _graph.changes() != _pageChanges);
+    _pageChanges = _graph.changes();
     _lastBudget = budget;
     bool settles = motion.jumped;
     bool counted = settles;
@@ -261,7 +261,7 @@ double TreeSelector::reachByTrial(const Trial& last, const Trial& fits, const Tr
         return std::min(_finestReach, fits.reach * further);
     }
     const double share = (1.0 - std::ldexp(slack, number)) * _budget / last.made;
-    return fails.reach * std::max(std::pow(share, kReachPerTriangles), 0.3);
+    return fails.reach * std::max(std::pow(share, kReachExponent), 0.3);
 }
 
 // Of the triangles at every reach, for solve().

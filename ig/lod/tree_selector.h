@@ -29,9 +29,9 @@
 //
 // Budget. tau follows the triangles in view: it moves slowly while the eye moves, by no more than the morph
 // follows, stands still with it, and is made larger at once, in the same frame, when the view would need more
-// than the budget. After a jump, or a larger budget or new pages that small steps do not lead to, it
-// is looked for at once: the triangles at every reach are counted (triangle_census.h) before any is made, and
-// a trial or two makes them exact. Two triangles always fit.
+// than the budget. After a jump, or a larger budget or new pages that small steps do not lead to, it is
+// looked for at once: the triangles at every reach are counted (triangle_census.h) before any is made, and a
+// trial or two makes them exact. Two triangles always fit.
 //
 // Lists. What a frame makes again is what the view sees of the lists that a vertex came to or went from; all
 // others wait until they are seen. These cannot: a vertex that comes late pops, and a list left as it was
@@ -146,9 +146,9 @@ private:
     double _cutM = 0;
     uint32_t _triangles = 0;
     uint32_t _lastBudget = 0;
-    uint64_t _pagesChanged = 0; // PageGraph::changes()
-    double _speedM = 0;         // metres a frame, falling slowly
-    double _movedM = 0;         // from the view before
+    uint64_t _pageChanges = 0; // PageGraph::changes()
+    double _speedM = 0;        // metres a frame, falling slowly
+    double _movedM = 0;        // from the view before
     double _missingPx = 0;
     double _alpha = 1;
     double _finestReach = 1;
