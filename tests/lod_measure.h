@@ -82,10 +82,10 @@ inline Measured measureError(TreeTerrain terrain, const ig::lod::DrawList& list,
     const glm::dvec3 weighs = view.eye.m + (view.frustum.parallel ? ig::kParallelDistanceM : 0.0) * backward;
     Measured worst;
     for (const auto& posts : trianglesOf(terrain, list)) {
-        const std::array<glm::dvec3, 3> places{drawnPlace(terrain, posts[0], weighs),
-                                               drawnPlace(terrain, posts[1], weighs),
-                                               drawnPlace(terrain, posts[2], weighs)};
-        deviation(terrain, posts, places, [&](const glm::dvec3& truth, const glm::dvec3& drawn) {
+        const std::array<GridPoint, 3> corners{drawnPoint(terrain, posts[0], weighs),
+                                               drawnPoint(terrain, posts[1], weighs),
+                                               drawnPoint(terrain, posts[2], weighs)};
+        deviation(terrain, corners, [&](const glm::dvec3& truth, const glm::dvec3& drawn) {
             if (!isInView(view, truth)) {
                 return;
             }

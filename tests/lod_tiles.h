@@ -44,7 +44,7 @@ inline glm::dvec3 place(const TreeTerrain& t, const Vertex& vertex)
     if (vertex.weight >= 1.0F) {
         return own;
     }
-    const auto start = t.start(col, row);
+    const auto start = t.isInCutSquare(col, row) ? std::nullopt : t.start(col, row);
     return start ? *start + (own - *start) * double{vertex.weight} : own;
 }
 

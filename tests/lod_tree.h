@@ -48,6 +48,11 @@ struct TreeTerrain : Terrain {
                                          static_cast<int>(shape.rows),
                                          [this](int c, int r) { return position(c, r); });
     }
+    bool isInCutSquare(int col, int row) const
+    {
+        return ig::lod::isInCutSquare(Post{col, row}, static_cast<int>(shape.cols),
+                                      static_cast<int>(shape.rows));
+    }
     // Weight of a vertex as the vertex shader works it out.
     double weight(int col, int row, const glm::dvec3& eye) const
     {
@@ -59,30 +64,62 @@ struct TreeTerrain : Terrain {
     }
 };
 
-// Largest distance of the posts inside a triangle of the (clamped) grid from that triangle with the given
-// corner places in space.
+// A corner of a triangle: column and row of the (clamped) grid, and the place in space.
+struct GridPoint {
+    std::array<double, 2> onGrid;
+    glm::dvec3 place;
+};
+inline GridPoint gridPoint(const TreeTerrain& t, const Post& post)
+{
+    return {{std::min<double>(post[0], t.shape.cols - 1.0), std::min<double>(post[1], t.shape.rows - 1.0)},
+            t.position(post[0], post[1])};
+}
+
+// Largest distance of the posts inside a triangle from the points of it with their columns and rows.
 inline double
-deviation(const TreeTerrain& t, const std::array<Post, 3>& posts, const std::array<glm::dvec3, 3>& places,
+deviation(const TreeTerrain& t, const std::array<GridPoint, 3>& corners,
           const std::function<void(const glm::dvec3& truth, const glm::dvec3& drawn)>& each = nullptr)
 {
+    const auto& [a, b, c] = corners;
     double worst = 0;
-    ig::selftest::forPostsUnder(posts, static_cast<int>(t.shape.cols), static_cast<int>(t.shape.rows),
-                                [&](int col, int row, double u, double v) {
-                                    const glm::dvec3 drawn =
-                                        places[0] * (1 - u - v) + places[1] * u + places[2] * v;
-                                    const glm::dvec3 truth = t.position(col, row);
-                                    worst = std::max(worst, glm::length(truth - drawn));
-                                    if (each) {
-                                        each(truth, drawn);
-                                    }
-                                });
+    ig::selftest::forPostsIn({a.onGrid, b.onGrid, c.onGrid}, [&](int col, int row, double u, double v) {
+        const glm::dvec3 drawn = a.place * (1 - u - v) + b.place * u + c.place * v;
+        const glm::dvec3 truth = t.position(col, row);
+        worst = std::max(worst, glm::length(truth - drawn));
+        if (each) {
+            each(truth, drawn);
+        }
+    });
     return worst;
+}
+
+// The way of the centre of a cut square from the middle of the diagonal: how far the posts that it passes are
+// from it, and how long it is. Zeros where the square has no area.
+struct Sideways {
+    double errorM = 0, lengthM = 0;
+};
+inline Sideways sidewaysOf(const TreeTerrain& t, int col, int row)
+{
+    const auto split = splitOf(col, row);
+    const GridPoint a = gridPoint(t, split[0]);
+    const GridPoint b = gridPoint(t, split[1]);
+    if (a.onGrid[0] == b.onGrid[0] || a.onGrid[1] == b.onGrid[1]) {
+        return {};
+    }
+    const GridPoint middle{{0.5 * (a.onGrid[0] + b.onGrid[0]), 0.5 * (a.onGrid[1] + b.onGrid[1])},
+                           0.5 * (a.place + b.place)};
+    const GridPoint own = gridPoint(t, {col, row});
+    return {std::max(deviation(t, {a, middle, own}), deviation(t, {b, middle, own})),
+            glm::length(middle.place - own.place)};
 }
 
 inline void computeCodes(TreeTerrain& t)
 {
     using namespace ig::lod;
     const int n = t.size;
+    const auto oneMore = [](uint8_t code) {
+        return static_cast<uint8_t>(code == 0 ? 0 : std::min(255, code + 1));
+    };
     t.errorCode.assign(static_cast<size_t>((n + 1) * (n + 1)), 0);
     t.radiusCode.assign(t.errorCode.size(), 0);
     const auto inside = [n](const Post& p) { return p[0] >= 0 && p[1] >= 0 && p[0] <= n && p[1] <= n; };
@@ -98,23 +135,27 @@ inline void computeCodes(TreeTerrain& t)
                     double error = 0;
                     for (const Post& apex : {split[2], split[3]}) {
                         if (inside(apex)) {
-                            const std::array<Post, 3> posts{split[0], split[1], apex};
-                            error = std::max(error, deviation(t, posts,
-                                                              {t.position(split[0][0], split[0][1]),
-                                                               t.position(split[1][0], split[1][1]),
-                                                               t.position(apex[0], apex[1])}));
+                            error =
+                                std::max(error, deviation(t, {gridPoint(t, split[0]), gridPoint(t, split[1]),
+                                                              gridPoint(t, apex)}));
                         }
                     }
                     uint8_t& code = t.errorCode[t.at(col, row)];
-                    code = std::max(code, encodeUpM(error));
                     uint8_t& radius = t.radiusCode[t.at(col, row)];
+                    if (t.isInCutSquare(col, row)) {
+                        const Sideways way = sidewaysOf(t, col, row);
+                        code = std::max(code, oneMore(encodeUpM(std::max(error, way.errorM))));
+                        radius = std::max(radius, encodeUpM(way.lengthM > 0 ? way.lengthM + 0.001 : 0.0));
+                    } else {
+                        code = std::max(code, encodeUpM(error));
+                    }
                     for (const Post& apex : {split[2], split[3]}) {
                         if (!inside(apex)) {
                             continue;
                         }
                         if (code > 0) {
                             uint8_t& parent = t.errorCode[t.at(apex[0], apex[1])];
-                            parent = std::max(parent, static_cast<uint8_t>(std::min(255, code + 1)));
+                            parent = std::max(parent, oneMore(code));
                         }
                         const double reach = decodeM(radius) + 0.001 +
                                              glm::length(t.position(col, row) - t.position(apex[0], apex[1]));
@@ -216,16 +257,23 @@ inline std::vector<std::array<Post, 3>> trianglesOf(const TreeTerrain& t, const 
     return triangles;
 }
 
-// Where a vertex is drawn.
-inline glm::dvec3 drawnPlace(const TreeTerrain& t, const Post& p, const glm::dvec3& eye)
+// Where a vertex is at a weight.
+inline GridPoint pointAt(const TreeTerrain& t, const Post& p, double weight)
 {
-    const double w = t.weight(p[0], p[1], eye);
-    const glm::dvec3 own = t.position(p[0], p[1]);
-    if (w >= 1.0) {
+    const GridPoint own = gridPoint(t, p);
+    const auto start = weight < 1.0 ? t.start(p[0], p[1]) : std::nullopt;
+    if (!start) {
         return own;
     }
-    const auto start = t.start(p[0], p[1]);
-    return start ? *start * (1 - w) + own * w : own;
+    return {
+        ig::lod::drawnAt(p, weight, t.size, static_cast<int>(t.shape.cols), static_cast<int>(t.shape.rows)),
+        *start * (1 - weight) + own.place * weight};
+}
+
+// Where a vertex is drawn.
+inline GridPoint drawnPoint(const TreeTerrain& t, const Post& p, const glm::dvec3& eye)
+{
+    return pointAt(t, p, t.weight(p[0], p[1], eye));
 }
 
 // Where a draw list has the corners of its triangles.
@@ -236,7 +284,7 @@ inline std::map<Post, glm::dvec3> drawnPlaces(TreeTerrain t, const ig::lod::Draw
     std::map<Post, glm::dvec3> places;
     for (const auto& posts : trianglesOf(t, list)) {
         for (const Post& post : posts) {
-            places[post] = drawnPlace(t, post, eye);
+            places[post] = drawnPoint(t, post, eye).place;
         }
     }
     return places;

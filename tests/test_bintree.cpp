@@ -180,7 +180,8 @@ TEST_CASE(
                 REQUIRE(pageList.unclipped <= pageList.count);
                 for (uint32_t k = 0; k < pageList.unclipped; k += 3) {
                     for (const test::Post& post : triangles[at + k / 3]) {
-                        outside += needsNoClipping(view, test::drawnPlace(terrain, post, view.eye.m)) ? 0 : 1;
+                        outside +=
+                            needsNoClipping(view, test::drawnPoint(terrain, post, view.eye.m).place) ? 0 : 1;
                     }
                 }
                 at += pageList.count / 3;

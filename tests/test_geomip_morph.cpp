@@ -123,10 +123,9 @@ test::TreeTerrain makeTrue(Height&& height)
         test::forTriangles(t, list, [&](const DrawItem&, const std::array<test::Vertex, 3>& v) {
             const std::array<test::Post, 3> posts{v[0].post, v[1].post, v[2].post};
             if (known.insert(posts).second) {
-                worst = std::max(worst, test::deviation(t, posts,
-                                                        {t.position(posts[0][0], posts[0][1]),
-                                                         t.position(posts[1][0], posts[1][1]),
-                                                         t.position(posts[2][0], posts[2][1])}));
+                worst = std::max(
+                    worst, test::deviation(t, {test::gridPoint(t, posts[0]), test::gridPoint(t, posts[1]),
+                                               test::gridPoint(t, posts[2])}));
             }
         });
         return static_cast<float>(worst * 1.000001);

@@ -67,13 +67,19 @@ TEST_CASE("a post points to the middle of the edge that it splits and keeps its 
     CHECK(fixed < 1'000'000);
 }
 
-TEST_CASE("no post is farther from the middle of its edge than its error says")
+TEST_CASE("no post is farther from where it starts than its error says, in a cut square than its radius")
 {
     int farther = 0;
-    forAllPosts([&](const test::TreeTerrain&, int, int, size_t, const auto& morph) {
-        farther += glm::length(morph.toMiddleM) > ig::lod::decodeM(morph.errorCode) * 1.0001 + 1e-6 ? 1 : 0;
+    int sideways = 0;
+    forAllPosts([&](const test::TreeTerrain& terrain, int col, int row, size_t, const auto& morph) {
+        const double mostM = ig::lod::decodeM(morph.sideways ? morph.radiusCode : morph.errorCode);
+        farther += glm::length(morph.toMiddleM) > mostM * 1.0001 + 1e-6 ? 1 : 0;
+        const bool moves = terrain.start(col, row).has_value();
+        sideways += morph.sideways ? 1 : 0;
+        REQUIRE(morph.sideways == (moves && terrain.isInCutSquare(col, row)));
     });
     CHECK(farther == 0);
+    CHECK(sideways > 50);
 }
 
 TEST_CASE("a post has the same morph, bit for bit, in every page that has it")

@@ -218,7 +218,9 @@ void checkSamples(const test::TreeTerrain& tree, Violations& found)
                                                         tree.position(split[1][0], split[1][1]),
                                                         tree.position(apex[0], apex[1])};
                 const double worstM =
-                    test::deviation(tree, {split[0], split[1], apex}, corners,
+                    test::deviation(tree,
+                                    {test::gridPoint(tree, split[0]), test::gridPoint(tree, split[1]),
+                                     test::gridPoint(tree, apex)},
                                     [&](const glm::dvec3& truth, const glm::dvec3&) {
                                         if (std::count(corners.begin(), corners.end(), truth) == 0 &&
                                             glm::length(truth - centre) > radiusM)

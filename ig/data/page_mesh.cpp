@@ -196,6 +196,7 @@ void addMorph(const DatasetInfo& dataset, const lod::PageNode& page, const PageH
                 return mesh.vertex[static_cast<size_t>(row * kSide + col)].m;
             };
             out.toMiddleM = glm::vec3((1.0 - *share) * end(0) + *share * end(1) - mesh.vertex[at].m);
+            out.sideways = lod::isInCutSquare<int64_t>(v, shape.cols, shape.rows);
             out.errorCode = hasCodes ? heights.errorCode[at] : uint8_t{0};
             out.radiusCode = hasCodes ? heights.radiusCode[at] : uint8_t{0};
         }

@@ -29,12 +29,14 @@ struct ShadingSettings {
 // page that has the post. Posts that never move have vector and code 0: those that lod::shareOfEdge() has
 // nothing for.
 struct VertexMorph {
-    // ECEF, from the post to where it lies on the edge that it splits: the middle, but beside the padding.
+    // ECEF, from the post to where it morphs from on the edge that it splits: the middle, but beside the
+    // padding.
     glm::vec3 toMiddleM{0.0F};
     // Of the dataset, 0 where the heights have none. In a dataset that is right the metres of the error are
-    // at least the length of toMiddleM.
+    // at least the length of toMiddleM; those of the radius are if it goes sideways.
     uint8_t errorCode = 0;
     uint8_t radiusCode = 0;
+    bool sideways = false; // the centre of a cut square; as a tile's vertex it stays where it is
 };
 
 struct PageMesh {

@@ -68,21 +68,24 @@ void measureFinest(const PagePlaces& places, int64_t lastColumn, int64_t lastRow
 
     for (int64_t j = 1; j < kSide; j += 2)
         for (int64_t i = 1; i < kSide; i += 2) {
-            double errorM = 0;
-            if (i + 1 <= lastColumn && j + 1 <= lastRow) {
-                // The diagonal ends in the corner that has odd multiples of two for coordinates.
-                const int64_t column = (i - 1) / 2 % 2 != 0 ? i - 1 : i + 1;
-                const int64_t row = (j - 1) / 2 % 2 != 0 ? j - 1 : j + 1;
-                errorM =
-                    std::max({offMiddleM(places, at(i, j), at(column, row), at(2 * i - column, 2 * j - row)),
-                              ownErrorM[at(i, j - 1)], ownErrorM[at(i + 1, j)], ownErrorM[at(i, j + 1)],
-                              ownErrorM[at(i - 1, j)]});
-            } else if (i <= lastColumn && j <= lastRow) {
-                errorM = std::max({acrossM(i, j - 1), acrossM(i, j + 1), downM(i - 1, j), downM(i + 1, j)});
-            }
             const size_t post = at(i, j);
-            uint8_t code = kCodeScale.up(errorM);
+            // The diagonal ends in the corner that has odd multiples of two for coordinates.
+            const int64_t column = (i - 1) / 2 % 2 != 0 ? i - 1 : i + 1;
+            const int64_t row = (j - 1) / 2 % 2 != 0 ? j - 1 : j + 1;
+            const double toMiddleM =
+                offMiddleM(places, post, at(column, row), at(2 * i - column, 2 * j - row));
+            double errorM = 0;
             double farthestM = 0;
+            uint8_t code = 0;
+            if (i + 1 <= lastColumn && j + 1 <= lastRow) {
+                errorM = std::max({toMiddleM, ownErrorM[at(i, j - 1)], ownErrorM[at(i + 1, j)],
+                                   ownErrorM[at(i, j + 1)], ownErrorM[at(i - 1, j)]});
+                code = kCodeScale.up(errorM);
+            } else if (i <= lastColumn && j <= lastRow) { // a cut square
+                errorM = std::max({acrossM(i, j - 1), acrossM(i, j + 1), downM(i - 1, j), downM(i + 1, j)});
+                code = inflated(kCodeScale.up(errorM));
+                farthestM = toMiddleM;
+            }
             for (const size_t child : {at(i, j - 1), at(i + 1, j), at(i, j + 1), at(i - 1, j)}) {
                 code = std::max(code, inflated(errorCode[child]));
                 farthestM = std::max(farthestM, glm::length(places.at(child) - places.at(post)));

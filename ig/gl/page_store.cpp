@@ -159,11 +159,11 @@ void PageStore::upload(uint32_t slot, const data::PageMesh& mesh)
         glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(slot) * bytes, bytes, packed.data());
     };
     packVertices(mesh);
-    replace(_vertices, _packed);
     if (_morph != Morph::none) {
         packMorphs(mesh);
         replace(_morphs, _packedMorph);
     }
+    replace(_vertices, _packed);
     if (_textured)
         uploadTexels(slot, mesh);
 }
@@ -178,11 +178,12 @@ void PageStore::packVertices(const data::PageMesh& mesh)
             out.high[axis] = split.high;
             out.low[axis] = toShort(split.rest / kLowFullScaleM);
         }
-        out.post[0] = static_cast<uint8_t>(i % lod::kPagePosts);
-        out.post[1] = static_cast<uint8_t>(i / lod::kPagePosts);
+        out.post[0] = static_cast<int8_t>(i % lod::kPagePosts);
+        out.post[1] = static_cast<int8_t>(i / lod::kPagePosts);
     }
 }
 
+// After packVertices().
 void PageStore::packMorphs(const data::PageMesh& mesh)
 {
     assert(mesh.morph.size() == kPageVertices);
@@ -190,10 +191,20 @@ void PageStore::packMorphs(const data::PageMesh& mesh)
     for (size_t i = 0; i < _packedMorph.size(); ++i) {
         const data::VertexMorph& in = mesh.morph[i];
         PackedMorph& out = _packedMorph[vertex[i]];
+        if (_morph == Morph::tiles) {
+            out = {};
+            if (in.sideways)
+                continue;
+        }
         out.errorCode = _morph == Morph::tiles ? powerOfTwoCode(in.toMiddleM) : in.errorCode;
         out.radiusCode = _morph == Morph::tiles ? uint8_t{0} : in.radiusCode;
+        if (in.sideways) {
+            int8_t& column = _packed[vertex[i]].post[0];
+            column = static_cast<int8_t>(-1 - column);
+        }
+        const double perMetre = _perMetre[in.sideways ? out.radiusCode : out.errorCode];
         for (int axis = 0; axis < 3; ++axis)
-            out.toMiddle[axis] = toShort(double{in.toMiddleM[axis]} * _perMetre[out.errorCode]);
+            out.toMiddle[axis] = toShort(double{in.toMiddleM[axis]} * perMetre);
     }
 }
 
@@ -223,7 +234,7 @@ void PageStore::pointAttributes() const
     constexpr size_t kBytes = sizeof(PackedVertex);
     point(kAttributeHigh, 3, GL_FLOAT, GL_FALSE, kBytes, offsetof(PackedVertex, high));
     point(kAttributeLow, 3, GL_SHORT, GL_TRUE, kBytes, offsetof(PackedVertex, low));
-    point(kAttributePost, 2, GL_UNSIGNED_BYTE, GL_FALSE, kBytes, offsetof(PackedVertex, post));
+    point(kAttributePost, 2, GL_BYTE, GL_FALSE, kBytes, offsetof(PackedVertex, post));
     if (_morph == Morph::none)
         return;
     glBindBuffer(GL_ARRAY_BUFFER, _morphs.name());

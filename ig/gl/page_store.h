@@ -17,6 +17,10 @@
 //
 //   0     2     4     6     7       8
 //   |toX  |toY  |toZ  |error|radius |      to in units of decodeM(error) / 32767
+//
+// In cut squares (ig/lod/vertex_error.h) the way is longer than that, but not than the radius: it is stored
+// as a share of that, and -1 - col stands for the column. The vertex begins to move at more than its radius
+// away, so rounding moves it by less than 2^-15 rad.
 #pragma once
 
 #include "ig/base/result.h"
@@ -34,7 +38,7 @@ namespace ig::gl {
 struct PackedVertex {
     float high[3]; // m
     int16_t low[3];
-    uint8_t post[2]; // column and row in the page, 0 .. 64
+    int8_t post[2]; // column and row in the page, 0 .. 64
 };
 static_assert(sizeof(PackedVertex) == 20);
 

@@ -42,7 +42,7 @@ out float v_distanceM;
 #endif
 #if defined(MORPH_LISTS) || defined(MORPH_TILES)
 uniform float u_shortestM; // parallel projection: every distance
-layout(location = ATTRIBUTE_TO_MIDDLE) in vec3 a_toMiddle; // in shares of the error
+layout(location = ATTRIBUTE_TO_MIDDLE) in vec3 a_toMiddle; // in shares of the error, or of the radius
 layout(location = ATTRIBUTE_CODES) in vec2 a_codes;        // error, radius
 // Code 0 gives 0.9 mm where it should be 0: as an error that spares a division by 0, and the way is 0.
 vec2 metres()
@@ -61,7 +61,7 @@ vec3 morphed(float distanceM)
     float radiusM = a_codes.y > 254.5 ? 1e9 : a_codes.y > 0.0 ? sizeM.y : 0.0; // as decodeRadiusM()
     float behind = min((radiusM - distanceM) * u_morph.x, -u_morph.y);
     float w = clamp((1.0 + behind / sizeM.x) * (1.0 / MORPH_BAND), 0.0, 1.0);
-    return ((1.0 - w) * sizeM.x) * a_toMiddle;
+    return ((1.0 - w) * (a_post.x < 0.0 ? sizeM.y : sizeM.x)) * a_toMiddle;
 }
 #endif
 #ifdef MORPH_TILES
@@ -86,7 +86,12 @@ void main()
 #endif
     gl_Position = u_clipFromRelative * vec4(relative, 1.0);
 #ifndef UNIFORM_COLOUR
-    v_place = a_post * (1.0 / PAGE_INTERVALS);
+#ifdef MORPH_LISTS
+    vec2 post = vec2(abs(a_post.x + 0.5) - 0.5, a_post.y); // -1 - column is the column, too
+#else
+    vec2 post = a_post;
+#endif
+    v_place = post * (1.0 / PAGE_INTERVALS);
     v_layer = float(gl_VertexID / PAGE_VERTICES + u_layer);
 #endif
 #ifdef HAZE

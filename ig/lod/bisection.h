@@ -42,13 +42,21 @@ constexpr std::array<GridPost<Int>, 4> splitOf(const GridPost<Int>& v) noexcept
                   : std::array<Post, 4>{north, south, west, east};
 }
 
-// Where on the edge that it splits a vertex of the padded grid 0 .. last lies and morphs from: 0 at the
-// edge's first end, 1 at the second. 1/2, but where the edge ends in padding, whose posts stand at the last
-// column or row of the grid: there, too, the vertex is at its own column and row all the way, so that its
-// error bounds it. Nothing where a vertex cannot morph:
+// Whether a vertex is in the centre of a square that the grid's last column or row cuts. It stands beside the
+// square's diagonal, which the padding's posts bend, and morphs to its place sideways (vertex_error.h).
+template <class Int>
+constexpr bool isInCutSquare(const GridPost<Int>& v, Int cols, Int rows) noexcept
+{
+    const Int s = spacingOf(v);
+    return (v[0] & v[1] & s) != 0 && (v[0] + s >= cols || v[1] + s >= rows);
+}
+
+// Where on the edge that it splits a vertex of the padded grid 0 .. last morphs from: 0 at the edge's first
+// end, 1 at the second. 1/2, but where the edge ends in padding, whose posts stand at the last column or row
+// of the grid: there, too, the vertex is at its own column and row all the way. Nothing where a vertex does
+// not morph:
 //   - at corners of the padded grid, which are never split;
-//   - where none of the triangles that it splits has an area;
-//   - in the centre of a square that the grid's last column or row cuts: it is beside the diagonal.
+//   - where none of the triangles that it splits has an area.
 template <class Int>
 constexpr std::optional<double> shareOfEdge(const GridPost<Int>& v, Int last, Int cols, Int rows) noexcept
 {
@@ -70,11 +78,40 @@ constexpr std::optional<double> shareOfEdge(const GridPost<Int>& v, Int last, In
         const bool exists = apex[0] >= 0 && apex[1] >= 0 && apex[0] <= last && apex[1] <= last;
         return exists && isBeside(apex);
     };
-    if (isBeside(v) || !(hasArea(split[2]) || hasArea(split[3]))) {
+    if (!(hasArea(split[2]) || hasArea(split[3]))) {
         return std::nullopt;
+    }
+    if (isBeside(v)) { // in a cut square
+        return 0.5;
     }
     const size_t axis = edge[0] != 0 ? 0 : 1;
     return static_cast<double>(fromFirst(v)[axis]) / static_cast<double>(edge[axis]);
+}
+
+// Column and row at which a vertex is drawn at a weight of its morph: its own, clamped to the grid, unless it
+// is on its way in a cut square.
+template <class Int>
+constexpr std::array<double, 2> drawnAt(const GridPost<Int>& v, double weight, Int last, Int cols,
+                                        Int rows) noexcept
+{
+    const auto onGrid = [cols, rows](const GridPost<Int>& post) {
+        return std::array<double, 2>{static_cast<double>(std::min<Int>(post[0], cols - 1)),
+                                     static_cast<double>(std::min<Int>(post[1], rows - 1))};
+    };
+    std::array<double, 2> at = onGrid(v);
+    if (weight >= 1.0 || !isInCutSquare(v, cols, rows)) {
+        return at;
+    }
+    if (const auto share = shareOfEdge(v, last, cols, rows)) {
+        const auto split = splitOf(v);
+        const auto first = onGrid(split[0]);
+        const auto second = onGrid(split[1]);
+        for (size_t axis = 0; axis < at.size(); ++axis) {
+            const double from = first[axis] + *share * (second[axis] - first[axis]);
+            at[axis] = from + weight * (at[axis] - from);
+        }
+    }
+    return at;
 }
 
 } // namespace ig::lod

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "ig/lod/page_graph.h"
 
-#include "ig/lod/bisection.h"
 #include "ig/lod/page_reach.h"
 #include "ig/lod/vertex_error.h"
 
@@ -47,6 +46,8 @@ void PageGraph::add(uint32_t page, uint32_t number, const PageData& data)
     slot.originCol = static_cast<uint8_t>(kPageIntervals * (node.x & 1U));
     slot.originRow = static_cast<uint8_t>(kPageIntervals * (node.y & 1U));
     slot.depth = node.depth;
+    const GridPost<int64_t> end = gridPost(static_cast<int32_t>(number), kPageIntervals, kPageIntervals);
+    slot.isCut = end[0] >= _shape.cols || end[1] >= _shape.rows;
     slot.vertices.set(_shape, node, data);
     const PageReach reach = pageReach(node.depth == 0, data.errorCode, data.radiusCode);
     slot.largestErrorM = reach.errorM;
@@ -81,6 +82,19 @@ void PageGraph::add(uint32_t page, uint32_t number, const PageData& data)
         slot.below[q].centre = slot.childBox[q].centre;
         slot.below[q].ballM = glm::length(slot.childBox[q].half);
     }
+}
+
+GridPost<int64_t> PageGraph::gridPost(int32_t slot, int col, int row) const noexcept
+{
+    const PageNode& page = node(slot);
+    const int finer = _shape.deepestPage - page.depth;
+    return {(int64_t{page.x} * kPageIntervals + col) << finer, (int64_t{page.y} * kPageIntervals + row)
+                                                                   << finer};
+}
+
+bool PageGraph::isCentreCut(int32_t slot, int col, int row) const noexcept
+{
+    return lod::isInCutSquare<int64_t>(gridPost(slot, col, row), _shape.cols, _shape.rows);
 }
 
 TileBox PageGraph::boxOf(const PageNode& node) const noexcept

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "ig/lod/bintree_page.h"
+#include "ig/lod/bisection.h"
 #include "ig/lod/bounds.h"
 
 #include <algorithm>
@@ -54,7 +55,8 @@ public:
         bool open = false;
         uint8_t originCol = 0, originRow = 0; // of its quadrant in the parent page: 0 or 64, in own posts
         uint8_t depth = 0;
-        double texelM = 0; // between posts, the larger axis
+        bool isCut = false; // by the grid's last column or row: squares inside are
+        double texelM = 0;  // between posts, the larger axis
         std::array<Below, 4> below;
         TileBox box; // all posts below the page, widened by the largest ball that the page introduces
         double largestErrorM = 0; // among the vertices that the page introduces
@@ -96,6 +98,12 @@ public:
     {
         const Slot& s = _slots[static_cast<size_t>(slot)];
         prefetch(&s.box, sizeof s.box);
+    }
+    // Of any post of a resident page: see bisection.h. Squares larger than a page have their centres at
+    // corners of pages.
+    bool isInCutSquare(int32_t slot, int col, int row) const noexcept
+    {
+        return ((*this)[slot].isCut || ((col | row) % kPageIntervals) == 0) && isCentreCut(slot, col, row);
     }
     uint32_t slots() const noexcept { return static_cast<uint32_t>(_slots.size()); }
     // Another number whenever a page has been opened or closed: which vertices exist may have changed.
@@ -145,7 +153,9 @@ private:
             __builtin_prefetch(static_cast<const std::byte*>(from) + at);
         }
     }
+    GridPost<int64_t> gridPost(int32_t slot, int col, int row) const noexcept; // of the padded full grid
     TileBox boxOf(const PageNode& node) const noexcept;
+    bool isCentreCut(int32_t slot, int col, int row) const noexcept;
     VertexId introducedOnBorder(int32_t slot, int col, int row) const noexcept;
     VertexId centreAcross(int32_t slot, int col, int row) const noexcept;
     int32_t pageAt(int depth, int64_t x, int64_t y) const noexcept;

@@ -186,10 +186,17 @@ bool PageLists::isThere(int32_t slot, int col, int row) const
     return _tree.isActive(_graph.vertexAt(slot, col, row));
 }
 
+// How far the morph moves a vertex at most.
+double PageLists::morphM(int32_t slot, int col, int row) const
+{
+    const VertexId v = PageGraph::id(slot, col, row);
+    return _graph.isInCutSquare(slot, col, row) ? _tree.radiusM(v) : _tree.errorM(v);
+}
+
 PageLists::Corner PageLists::corner(int col, int row) const
 {
     const glm::vec3 place(_tree.position(_making.slot, col, row) - _making.middle);
-    // The morph moves it by at most its error.
+    // The morph moves it by at most its error, but for apexes in cut squares.
     const float slackM = static_cast<float>(_tree.errorM(PageGraph::id(_making.slot, col, row))) +
                          kRoundingShare * (std::abs(place.x) + std::abs(place.y) + std::abs(place.z));
     const Four at{place.x, place.y, place.z, 0.0F};
@@ -324,19 +331,18 @@ PageLists::Box PageLists::boxOfWindow(int32_t slot, int west, int north) const
 {
     constexpr float kFar = std::numeric_limits<float>::max();
     Bounds bounds{{kFar, kFar, kFar, kFar}, {-kFar, -kFar, -kFar, -kFar}}; // nothing
-    double errorM = 0;
+    double morphM = 0;
     for (int row = 0; row <= kWindow; ++row) {
         for (int col = 0; col <= kWindow; ++col) {
             const glm::vec3 place(_tree.position(slot, west + col, north + row) - _graph[slot].box.centre);
             const Four at{place.x, place.y, place.z, 0.0F};
             bounds.add({at, at});
             const bool isCorner = row % kWindow == 0 && col % kWindow == 0;
-            const VertexId v = PageGraph::id(slot, west + col, north + row);
-            errorM = isCorner ? errorM : std::max(errorM, _tree.errorM(v));
+            morphM = isCorner ? morphM : std::max(morphM, this->morphM(slot, west + col, north + row));
         }
     }
     Box box = boxOf(bounds);
-    box.half += static_cast<float>(errorM) + kRoundingShare * (glm::abs(box.middle) + box.half);
+    box.half += static_cast<float>(morphM) + kRoundingShare * (glm::abs(box.middle) + box.half);
     return box;
 }
 
@@ -410,6 +416,10 @@ void PageLists::put(const Corner& apex, const Corner& left, const Corner& right)
     for (const Corner* c : {&apex, &left, &right}) {
         *at++ = static_cast<uint16_t>(c->row * kPagePosts + c->col);
         _making.bounds.add(c->bounds);
+    }
+    if (_graph.isInCutSquare(_making.slot, apex.col, apex.row)) {
+        const auto sidewaysM = static_cast<float>(morphM(_making.slot, apex.col, apex.row));
+        _making.bounds.add({apex.bounds.low - sidewaysM, apex.bounds.high + sidewaysM});
     }
 }
 

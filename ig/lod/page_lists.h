@@ -124,7 +124,7 @@ private:
             high = high > other.high ? high : other.high;
         }
     };
-    // What is drawn of a vertex stays within its bounds.
+    // What is drawn of a vertex stays within its bounds, unless it is on its way in a cut square.
     struct Corner {
         int col = 0, row = 0;
         Bounds bounds;
@@ -162,6 +162,7 @@ private:
     void markTriangles(int32_t slot, int col0, int row0, int col1, int row1);
     void markQuadrant(int32_t child);
     bool isThere(int32_t slot, int col, int row) const;
+    double morphM(int32_t slot, int col, int row) const;
     Corner corner(int col, int row) const;
     bool falls(int32_t slot, int west, int north, int size) const;
     uint8_t halvesOf(int32_t slot, int west, int north, int size) const;

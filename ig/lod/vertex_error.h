@@ -17,9 +17,22 @@
 //   error   delta_v: the largest 3-D distance between a full-resolution post inside the (one or two)
 //           triangles that v splits and the point of those unsplit triangles with the same grid coordinates,
 //           and at least delta_child * 2^(1/8) of every child: one code more, so that with the morph band b
-//           below a parent is fully there before its child begins to move.
+//           below a parent is fully there before its child begins to move. In a cut square, see below, one
+//           code more than the measured error.
 //   radius  r_v: a ball round v of this radius holds v's children's balls: r_v >= r_child + |v - child|.
-//           It holds every full-resolution post inside the triangles that v splits, too.
+//           It holds every full-resolution post inside the triangles that v splits, too, and in a cut square
+//           the middle of the diagonal.
+//
+// Cut squares. A square that the grid's last column or row cuts has corners in the padding, which stand at
+// that column or row. Its diagonal then passes its centre v by, and v morphs sideways: from q, the middle of
+// the diagonal's ends, to its own place, at w at q_w = (1 - w) q + w v. With U the two unsplit triangles and
+// S the four round v, the drawn surface over a post x goes from U(x) to S(x) as barycentric coordinates in
+// triangles whose one moving corner is q_w do, without turning back, unless x lies between the diagonal and
+// v. There q_w's side to an end e of the diagonal passes x, and turning back happens in the plane through e,
+// q and v: x = e + t (q_w - e) is drawn at e + t (1 - w) (q - e) + t w (v - e). So nothing is drawn
+// farther from the terrain than the largest of U, S and the triangles (e, q, v), over which v's error is
+// measured, too; and one code more than that is at least 1 / (1 - b) of it, so the bound at a weight, delta_v
+// (1 - w b), holds whatever the way there is.
 //
 // A vertex whose code of error is 0 has error 0 and so have its descendants.
 #pragma once

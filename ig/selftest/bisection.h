@@ -86,16 +86,11 @@ inline bool coversCell(const std::array<Post, 3>& t, int col, int row)
     return left == 3;
 }
 
-// Calls each(col, row, u, v) for every post inside a triangle of the grid, clamped to cols x rows: the post
-// is corner 0 times (1 - u - v), corner 1 times u, corner 2 times v.
+// Calls each(col, row, u, v) for every post inside a triangle, given as columns and rows: the post is corner
+// 0 times (1 - u - v), corner 1 times u, corner 2 times v.
 template <class Each>
-void forPostsUnder(const std::array<Post, 3>& posts, int cols, int rows, const Each& each)
+void forPostsIn(const std::array<std::array<double, 2>, 3>& c, const Each& each)
 {
-    std::array<std::array<double, 2>, 3> c{};
-    for (size_t k = 0; k < 3; ++k) {
-        c[k] = {static_cast<double>(std::min(posts[k][0], cols - 1)),
-                static_cast<double>(std::min(posts[k][1], rows - 1))};
-    }
     const double area = (c[1][0] - c[0][0]) * (c[2][1] - c[0][1]) - (c[2][0] - c[0][0]) * (c[1][1] - c[0][1]);
     if (area == 0.0) {
         return;
@@ -113,6 +108,18 @@ void forPostsUnder(const std::array<Post, 3>& posts, int cols, int rows, const E
             }
         }
     }
+}
+
+// The same inside a triangle of the grid, clamped to cols x rows.
+template <class Each>
+void forPostsUnder(const std::array<Post, 3>& posts, int cols, int rows, const Each& each)
+{
+    std::array<std::array<double, 2>, 3> corners{};
+    for (size_t k = 0; k < 3; ++k) {
+        corners[k] = {static_cast<double>(std::min(posts[k][0], cols - 1)),
+                      static_cast<double>(std::min(posts[k][1], rows - 1))};
+    }
+    forPostsIn(corners, each);
 }
 
 } // namespace ig::selftest

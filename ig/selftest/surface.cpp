@@ -97,12 +97,14 @@ Surface surfaceOf(const Ground& ground, const lod::DrawList& list, const glm::dv
     const auto add = [&](const lod::PageNode& node, const std::array<uint32_t, 3>& corners,
                          const auto& weigh) {
         auto& posts = surface.posts.emplace_back();
+        auto& onGrid = surface.onGrid.emplace_back();
         auto& places = surface.places.emplace_back();
         for (size_t k = 0; k < 3; ++k) {
             posts[k] = postOf(node, corners[k]);
             const glm::dvec3& own = ground.position(posts[k][0], posts[k][1]);
             const double weight = weigh(corners[k], posts[k]);
             const auto start = weight < 1.0 ? startOf(ground, posts[k]) : std::nullopt;
+            onGrid[k] = lod::drawnAt(posts[k], weight, ground.size(), ground.cols(), ground.rows());
             places[k] = start ? *start * (1.0 - weight) + own * weight : own;
             surface.onTheirWay += start ? 1 : 0;
         }
@@ -126,10 +128,12 @@ Surface surfaceOf(const Ground& ground, const lod::DrawList& list, const glm::dv
         gl::appendTileIndices(item.stride, item.stitch, indices);
         for (size_t i = 0; i < indices.size(); i += 3) {
             add(node, {corner + indices[i], corner + indices[i + 1], corner + indices[i + 2]},
-                [&](uint32_t post, const Post&) {
+                [&](uint32_t post, const Post& p) {
                     const auto local = static_cast<int>(post - corner);
-                    return tileWeight(item, local % lod::kPagePosts / item.stride,
-                                      local / lod::kPagePosts / item.stride);
+                    const bool stays = lod::isInCutSquare(p, ground.cols(), ground.rows());
+                    return stays ? 1.0F
+                                 : tileWeight(item, local % lod::kPagePosts / item.stride,
+                                              local / lod::kPagePosts / item.stride);
                 });
         }
     }
@@ -210,21 +214,20 @@ Deviation deviationOf(const Ground& ground, const Surface& surface, const ViewSt
     Deviation worst;
     for (size_t i = 0; i < surface.posts.size(); ++i) {
         const auto& places = surface.places[i];
-        forPostsUnder(surface.posts[i], ground.cols(), ground.rows(),
-                      [&](int col, int row, double u, double v) {
-                          const glm::dvec3& truth = ground.position(col, row);
-                          if (!eye.sees(truth)) {
-                              return;
-                          }
-                          const glm::dvec3 drawn = places[0] * (1 - u - v) + places[1] * u + places[2] * v;
-                          const glm::dvec3 a = view.eyeFromEcef * (truth - view.eye.m);
-                          const glm::dvec3 b = view.eyeFromEcef * (drawn - view.eye.m);
-                          const double px = b.z < 0 ? std::hypot((a.x / -a.z - b.x / -b.z) * perTangentX,
-                                                                 (a.y / -a.z - b.y / -b.z) * perTangentY)
-                                                    : std::numeric_limits<double>::infinity();
-                          worst.px = px <= worst.px ? worst.px : px; // keeps what is not a number
-                          ++worst.posts;
-                      });
+        forPostsIn(surface.onGrid[i], [&](int col, int row, double u, double v) {
+            const glm::dvec3& truth = ground.position(col, row);
+            if (!eye.sees(truth)) {
+                return;
+            }
+            const glm::dvec3 drawn = places[0] * (1 - u - v) + places[1] * u + places[2] * v;
+            const glm::dvec3 a = view.eyeFromEcef * (truth - view.eye.m);
+            const glm::dvec3 b = view.eyeFromEcef * (drawn - view.eye.m);
+            const double px = b.z < 0 ? std::hypot((a.x / -a.z - b.x / -b.z) * perTangentX,
+                                                   (a.y / -a.z - b.y / -b.z) * perTangentY)
+                                      : std::numeric_limits<double>::infinity();
+            worst.px = px <= worst.px ? worst.px : px; // keeps what is not a number
+            ++worst.posts;
+        });
     }
     return worst;
 }

@@ -13,9 +13,11 @@
 
 namespace ig::selftest {
 
-// Triangles as full-grid posts and as the places they are drawn at (ECEF), in lists the newest vertex first.
+// Triangles as full-grid posts, as the columns and rows and as the places they are drawn at (ECEF), in lists
+// the newest vertex first.
 struct Surface {
     std::vector<std::array<Post, 3>> posts;
+    std::vector<std::array<std::array<double, 2>, 3>> onGrid;
     std::vector<std::array<glm::dvec3, 3>> places;
     size_t onTheirWay = 0; // corners between two places of theirs
 };

@@ -37,6 +37,48 @@ const Scene& scene()
     return made;
 }
 
+// Whose eastern and southern ends cut squares of several levels, so that vertices come sideways there.
+const Scene& cutScene()
+{
+    static const Scene made = [] {
+        Scene s;
+        s.terrain = test::makeTree(203, 181, [](int c, int r) {
+            return 400 + 60 * std::sin(c * 0.021) * std::cos(r * 0.017) + 4 * std::sin(c * 0.11 + r * 0.07);
+        });
+        s.meshes = meshesOf(s.terrain);
+        // Colours that tell where in its page a texel lies.
+        for (ig::data::PageMesh& mesh : s.meshes)
+            for (uint32_t i = 0; i < mesh.texel.size(); ++i)
+                mesh.texel[i] = 0xff000000U | i % 64 * 4 | i / 64 * 4 << 8;
+        return s;
+    }();
+    return made;
+}
+
+// Of these triangles' corners, those on their way sideways.
+int goingSideways(const test::TreeTerrain& terrain, const ig::lod::DrawList& list, const glm::dvec3& eye)
+{
+    test::TreeTerrain drawn = terrain;
+    drawn.morph = list.morph;
+    int count = 0;
+    for (const auto& posts : test::trianglesOf(drawn, list))
+        count += drawn.isInCutSquare(posts[0][0], posts[0][1]) &&
+                         drawn.weight(posts[0][0], posts[0][1], eye) < 0.95
+                     ? 1
+                     : 0;
+    return count;
+}
+
+// Down at the south-eastern corner of that scene, from inside; no sky in view.
+ig::ViewState downAtCorner(std::mt19937& random)
+{
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    const ig::lod::TerrainShape& shape = cutScene().terrain.shape;
+    return viewFrom(test::at(shape, shape.cols * (0.55 + 0.2 * unit(random)),
+                             shape.rows * (0.55 + 0.2 * unit(random)), 1000 + 1200 * unit(random)),
+                    {2 * ig::kPi * unit(random), -ig::kPi / 2, 0}, 0.9, kWidthPx, kHeightPx);
+}
+
 ig::gl::RendererSettings settings(ig::gl::Morph morph = ig::gl::Morph::lists)
 {
     return {.widthPx = kWidthPx,
@@ -87,6 +129,8 @@ ig::lod::TreeSettings refinement(int i)
 {
     return {i % 3 == 0 ? 1'500U : 12'000U, i % 2 == 0 ? 1.0F : 5.0F, 2.0F};
 }
+
+const ig::lod::TreeSettings kFew{1'500U, 1.0F, 2.0F};
 
 int verticesOnTheWay(const ig::lod::DrawList& list, const glm::dvec3& eye)
 {
@@ -197,20 +241,28 @@ TEST_CASE("a list that was drawn before is drawn from what is there, also where 
     CHECK(bytes() == other.lists.front().count * sizeof(uint32_t));
 }
 
-// Tolerance: depth as in test_precision.cpp, and the rounding of the way: 2^-15 of an error that is at most
-// tau on the screen. The ground is not much steeper than 45 degrees and seen from above.
-TEST_CASE("the surface under a pixel is where double arithmetic puts the morphed triangles", "[gl]")
+namespace {
+
+// Of the surfaces under pixels of six pictures, in tolerances: depth as in test_precision.cpp, and the
+// rounding of the way, 2^-15 of an error that is at most tau on the screen or, sideways, of the distance. The
+// ground is not much steeper than 45 degrees and seen from above.
+struct Depths {
+    double worst = 0;    // drawn, off the morphed triangles
+    double farthest = 0; // the triangles without morph, off the morphed ones
+};
+template <class NextView>
+Depths compareDepths(const Scene& scene, NextView&& nextView)
 {
     Stage stage(settings());
-    upload(stage, scene().meshes);
+    upload(stage, scene.meshes);
     std::mt19937 random(11);
     std::uniform_int_distribution<int> pixel(0, kWidthPx - 1);
-    double worst = 0;    // in tolerances
-    double farthest = 0; // of the surface without morph, in tolerances
+    double worst = 0;
+    double farthest = 0;
     for (int i = 0; i < 6; ++i) {
-        const ig::ViewState view = downward(random, i % 2 == 0);
-        const ig::lod::DrawList list = refined(scene().terrain, view, {1'500U, 1.0F, 2.0F});
-        test::TreeTerrain terrain = scene().terrain;
+        const ig::ViewState view = nextView(random, i);
+        const ig::lod::DrawList list = refined(scene.terrain, view, kFew);
+        test::TreeTerrain terrain = scene.terrain;
         terrain.morph = list.morph;
         std::vector<std::array<glm::dvec3, 3>> triangles;
         std::vector<std::array<glm::dvec3, 3>> unmoved;
@@ -218,7 +270,7 @@ TEST_CASE("the surface under a pixel is where double arithmetic puts the morphed
             std::array<glm::dvec3, 3> drawn{};
             std::array<glm::dvec3, 3> own{};
             for (size_t k = 0; k < 3; ++k) {
-                drawn[k] = test::drawnPlace(terrain, posts[k], view.eye.m) - view.eye.m;
+                drawn[k] = test::drawnPoint(terrain, posts[k], view.eye.m).place - view.eye.m;
                 own[k] = terrain.position(posts[k][0], posts[k][1]) - view.eye.m;
             }
             triangles.push_back(drawn);
@@ -237,24 +289,57 @@ TEST_CASE("the surface under a pixel is where double arithmetic puts the morphed
                          std::abs(surfaceAt(unmoved, view, x, y, kWidthPx, kHeightPx) - exactM) / toleranceM);
         }
     }
-    CHECK(worst <= 1.0);
-    CHECK(farthest > 100.0);
+    return {worst, farthest};
+}
+
+} // namespace
+
+TEST_CASE("the surface under a pixel is where double arithmetic puts the morphed triangles", "[gl]")
+{
+    const Depths depths =
+        compareDepths(scene(), [](std::mt19937& random, int i) { return downward(random, i % 2 == 0); });
+    CHECK(depths.worst <= 1.0);
+    CHECK(depths.farthest > 100.0);
+}
+
+TEST_CASE("so is it in squares that the grid's end cuts, where vertices come sideways", "[gl]")
+{
+    int sideways = 0;
+    const Depths depths = compareDepths(cutScene(), [&](std::mt19937& random, int) {
+        const ig::ViewState view = downAtCorner(random);
+        const ig::lod::DrawList list = refined(cutScene().terrain, view, kFew);
+        sideways += goingSideways(cutScene().terrain, list, view.eye.m);
+        return view;
+    });
+    CHECK(sideways > 3);
+    CHECK(depths.worst <= 1.0);
+    CHECK(depths.farthest > 30.0);
 }
 
 TEST_CASE("a renderer that does not morph draws page lists with all vertices in their own place", "[gl]")
 {
     std::mt19937 random(4);
-    const ig::ViewState view = downward(random, false);
-    ig::lod::DrawList list = refined(scene().terrain, view, refinement(1));
-    const auto bytes = [&](ig::gl::Morph morph) {
-        Stage stage(settings(morph));
-        upload(stage, scene().meshes);
-        return stage.draw(view, list, scene().terrain.slotOfPage).rgba;
-    };
-    const auto still = bytes(ig::gl::Morph::none);
-    CHECK(still != bytes(ig::gl::Morph::lists));
-    list.morph = {1e12F, 0.0F}; // every error is shown
-    CHECK(still == bytes(ig::gl::Morph::lists));
+    for (const bool cut : {false, true}) {
+        const Scene& made = cut ? cutScene() : scene();
+        ig::ViewState view = downward(random, false);
+        ig::lod::DrawList list = refined(scene().terrain, view, refinement(1));
+        for (int i = 0; cut && i < 20; ++i) {
+            view = downAtCorner(random);
+            list = refined(made.terrain, view, kFew);
+            if (goingSideways(made.terrain, list, view.eye.m) > 0)
+                break;
+        }
+        const auto bytes = [&](ig::gl::Morph morph) {
+            Stage stage(settings(morph));
+            upload(stage, made.meshes);
+            return stage.draw(view, list, made.terrain.slotOfPage).rgba;
+        };
+        INFO((cut ? "cut" : "whole"));
+        const auto still = bytes(ig::gl::Morph::none);
+        CHECK(still != bytes(ig::gl::Morph::lists));
+        list.morph = {1e12F, 0.0F}; // every error is shown
+        CHECK(still == bytes(ig::gl::Morph::lists));
+    }
 }
 
 TEST_CASE("a renderer that morphs page lists draws tiles as they are", "[gl]")

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tools/report/drawn_surface.h"
 
+#include "ig/lod/bisection.h"
 #include "ig/lod/vertex_error.h"
 
 #include <glm/geometric.hpp>
@@ -63,7 +64,7 @@ double tileWeight(const lod::DrawItem& item, int column, int row)
 } // namespace
 
 DrawnSurface::DrawnSurface(const data::Dataset& dataset)
-    : _dataset(dataset), _reader(dataset), _placed(gl::kPageVertices), _placedFor(gl::kPageVertices, 0)
+    : _dataset(dataset), _reader(dataset), _placed(gl::kPageVertices)
 {
 }
 
@@ -85,25 +86,36 @@ const DrawnSurface::Page* DrawnSurface::page(uint32_t number)
     return &_pages.emplace(number, Page{_mesh.vertex, _mesh.morph}).first->second;
 }
 
-template <class Place>
-void DrawnSurface::add(uint32_t page, std::span<const uint16_t> indices, uint32_t corner, Place&& place)
+template <class Weigh>
+void DrawnSurface::add(uint32_t number, const Page& page, std::span<const uint16_t> indices, uint32_t corner,
+                       const ViewState& view, Weigh&& weigh)
 {
-    const lod::PageNode& node = _dataset.pages()[page];
-    const int64_t step = int64_t{1} << (_dataset.info().shape.deepestPage - node.depth);
+    const lod::PageNode& node = _dataset.pages()[number];
+    const lod::TerrainShape& shape = _dataset.info().shape;
+    const int finer = shape.deepestPage - node.depth;
+    const int64_t last = int64_t{lod::kPageIntervals} << shape.deepestPage;
     ++_run;
+    const auto placed = [&](uint32_t post) -> const Placed& {
+        Placed& out = _placed[post];
+        if (out.run != _run) {
+            const auto column = static_cast<int>(post % lod::kPagePosts);
+            const auto row = static_cast<int>(post / lod::kPagePosts);
+            const double weight = weigh(post, column, row);
+            const lod::GridPost<int64_t> of{(int64_t{node.x} * lod::kPageIntervals + column) << finer,
+                                            (int64_t{node.y} * lod::kPageIntervals + row) << finer};
+            const auto at = lod::drawnAt<int64_t>(of, weight, last, shape.cols, shape.rows);
+            out = {_run,
+                   {std::llround(at[0] * kUnitsPerPost), std::llround(at[1] * kUnitsPerPost)},
+                   page.vertex[post].m - view.eye.m + (1 - weight) * glm::dvec3(page.morph[post].toMiddleM)};
+        }
+        return out;
+    };
     for (size_t i = 0; i + 2 < indices.size(); i += 3) {
         DrawnTriangle& triangle = _triangles.emplace_back();
         for (size_t k = 0; k < 3; ++k) {
-            const uint32_t post = corner + indices[i + k];
-            const auto column = static_cast<int>(post % lod::kPagePosts);
-            const auto row = static_cast<int>(post / lod::kPagePosts);
-            if (_placedFor[post] != _run) {
-                _placedFor[post] = _run;
-                _placed[post] = place(post, column, row);
-            }
-            triangle.post[k] = {(int64_t{node.x} * lod::kPageIntervals + column) * step,
-                                (int64_t{node.y} * lod::kPageIntervals + row) * step};
-            triangle.place[k] = _placed[post];
+            const Placed& at = placed(corner + indices[i + k]);
+            triangle.onGrid[k] = at.onGrid;
+            triangle.place[k] = at.place;
         }
     }
 }
@@ -115,10 +127,10 @@ void DrawnSurface::addTile(const lod::DrawItem& item, const ViewState& view, gl:
         return;
     }
     const gl::TileIndices::Range range = _tiles.range(item);
-    add(item.page, _tiles.indices().subspan(range.first, range.count), gl::tileCorner(item),
+    add(item.page, *page, _tiles.indices().subspan(range.first, range.count), gl::tileCorner(item), view,
         [&](uint32_t post, int column, int row) {
-            const double weight = morph == gl::Morph::tiles ? tileWeight(item, column, row) : 1.0;
-            return page->vertex[post].m - view.eye.m + (1 - weight) * glm::dvec3(page->morph[post].toMiddleM);
+            const bool moves = morph == gl::Morph::tiles && !page->morph[post].sideways;
+            return moves ? tileWeight(item, column, row) : 1.0;
         });
 }
 
@@ -129,13 +141,10 @@ void DrawnSurface::addList(const lod::DrawList& list, const lod::PageList& pageL
     if (page == nullptr) {
         return;
     }
-    add(pageList.page, std::span(list.indices).subspan(pageList.first, pageList.count), 0,
+    add(pageList.page, *page, std::span(list.indices).subspan(pageList.first, pageList.count), 0, view,
         [&](uint32_t post, int, int) {
-            const glm::dvec3 relative = page->vertex[post].m - view.eye.m;
-            const data::VertexMorph& vertex = page->morph[post];
-            const double weight =
-                morph == gl::Morph::lists ? listWeight(vertex, list.morph, glm::length(relative)) : 1.0;
-            return relative + (1 - weight) * glm::dvec3(vertex.toMiddleM);
+            const double distanceM = glm::length(page->vertex[post].m - view.eye.m);
+            return morph == gl::Morph::lists ? listWeight(page->morph[post], list.morph, distanceM) : 1.0;
         });
 }
 

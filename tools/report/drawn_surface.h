@@ -19,10 +19,11 @@
 
 namespace report {
 
-// A triangle: posts of the full grid (columns and rows; padding beyond the last ones keeps its own numbers)
-// and where they are drawn, relative to the eye in ECEF axes.
+// A triangle: the columns and rows of the full grid at which its corners are drawn, in units of 1 /
+// kUnitsPerPost, and where that is, relative to the eye in ECEF axes.
+inline constexpr int64_t kUnitsPerPost = 1024;
 struct DrawnTriangle {
-    std::array<std::array<int64_t, 2>, 3> post;
+    std::array<std::array<int64_t, 2>, 3> onGrid;
     std::array<glm::dvec3, 3> place;
 };
 
@@ -45,8 +46,15 @@ private:
     void addTile(const ig::lod::DrawItem& item, const ig::ViewState& view, ig::gl::Morph morph);
     void addList(const ig::lod::DrawList& list, const ig::lod::PageList& pageList, const ig::ViewState& view,
                  ig::gl::Morph morph);
-    template <class Place>
-    void add(uint32_t page, std::span<const uint16_t> indices, uint32_t corner, Place&& place);
+    struct Placed {
+        uint32_t run = 0; // number of the page run that placed it
+        std::array<int64_t, 2> onGrid{};
+        glm::dvec3 place{0.0};
+    };
+    // weigh(post of the page, its column and row): how far the morph has brought it.
+    template <class Weigh>
+    void add(uint32_t number, const Page& page, std::span<const uint16_t> indices, uint32_t corner,
+             const ig::ViewState& view, Weigh&& weigh);
 
     const ig::data::Dataset& _dataset;
     ig::data::PageReader _reader;
@@ -54,8 +62,7 @@ private:
     ig::data::PageMesh _mesh; // scratch
     std::unordered_map<uint32_t, Page> _pages;
     std::vector<DrawnTriangle> _triangles;
-    std::vector<glm::dvec3> _placed;  // by post of the page at hand
-    std::vector<uint32_t> _placedFor; // number of the page run that placed it
+    std::vector<Placed> _placed; // by post of the page at hand
     uint32_t _run = 0;
 };
 

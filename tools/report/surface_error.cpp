@@ -14,34 +14,36 @@ using namespace ig;
 
 namespace {
 
-// A triangle on the (clamped) grid, as its posts see it.
+// A triangle on the grid, as its posts see it.
 class GridTriangle {
 public:
-    GridTriangle(const DrawnTriangle& triangle, const lod::TerrainShape& shape)
+    explicit GridTriangle(const DrawnTriangle& triangle)
     {
         for (size_t k = 0; k < 3; ++k) {
-            _x[k] = std::min<int64_t>(triangle.post[k][0], shape.cols - 1);
-            _y[k] = std::min<int64_t>(triangle.post[k][1], shape.rows - 1);
+            _x[k] = triangle.onGrid[k][0];
+            _y[k] = triangle.onGrid[k][1];
         }
-        _area = cross(_x[0], _y[0], 1, _x[1], _y[1], _x[2], _y[2]);
+        _area = cross(_x[0], _y[0], _x[1], _y[1], _x[2], _y[2]);
     }
     bool hasArea() const noexcept { return _area != 0; }
-    std::array<int64_t, 4> bounds() const noexcept // west, north, east, south
+    std::array<int64_t, 4> bounds() const noexcept // posts: west, north, east, south
     {
-        return {std::min({_x[0], _x[1], _x[2]}), std::min({_y[0], _y[1], _y[2]}),
-                std::max({_x[0], _x[1], _x[2]}), std::max({_y[0], _y[1], _y[2]})};
+        const auto up = [](int64_t units) { return (units + kUnitsPerPost - 1) / kUnitsPerPost; };
+        return {std::min({_x[0], _x[1], _x[2]}) / kUnitsPerPost,
+                std::min({_y[0], _y[1], _y[2]}) / kUnitsPerPost, up(std::max({_x[0], _x[1], _x[2]})),
+                up(std::max({_y[0], _y[1], _y[2]}))};
     }
 
     // Whether the post is this triangle's: posts on an edge belong to the triangle south-east of it, told
     // by a point a little beside the post, which lies on no edge of the mesh.
     bool owns(int64_t column, int64_t row) const noexcept
     {
-        const int64_t x = kScale * column + 2;
-        const int64_t y = kScale * row + 1;
+        const int64_t x = kUnitsPerPost * column + kBeside * 2;
+        const int64_t y = kUnitsPerPost * row + kBeside;
         const int64_t sign = _area > 0 ? 1 : -1;
         for (size_t k = 0; k < 3; ++k) {
             const size_t next = (k + 1) % 3;
-            if (sign * cross(x, y, kScale, _x[k], _y[k], _x[next], _y[next]) < 0) {
+            if (sign * cross(x, y, _x[k], _y[k], _x[next], _y[next]) < 0) {
                 return false;
             }
         }
@@ -52,18 +54,19 @@ public:
     glm::dvec3 point(const std::array<glm::dvec3, 3>& corner, int64_t column, int64_t row) const noexcept
     {
         const auto area = static_cast<double>(_area);
-        const double b = static_cast<double>(cross(column, row, 1, _x[2], _y[2], _x[0], _y[0])) / area;
-        const double c = static_cast<double>(cross(column, row, 1, _x[0], _y[0], _x[1], _y[1])) / area;
+        const int64_t x = kUnitsPerPost * column;
+        const int64_t y = kUnitsPerPost * row;
+        const double b = static_cast<double>(cross(x, y, _x[2], _y[2], _x[0], _y[0])) / area;
+        const double c = static_cast<double>(cross(x, y, _x[0], _y[0], _x[1], _y[1])) / area;
         return corner[0] * (1 - b - c) + corner[1] * b + corner[2] * c;
     }
 
 private:
-    static constexpr int64_t kScale = 64;
-    // Twice the area of (p, a, b), p in units of 1 / scale.
-    static int64_t cross(int64_t px, int64_t py, int64_t scale, int64_t ax, int64_t ay, int64_t bx,
-                         int64_t by) noexcept
+    static constexpr int64_t kBeside = kUnitsPerPost / 64;
+    // Twice the area of (p, a, b).
+    static int64_t cross(int64_t px, int64_t py, int64_t ax, int64_t ay, int64_t bx, int64_t by) noexcept
     {
-        return (scale * ax - px) * (scale * by - py) - (scale * bx - px) * (scale * ay - py);
+        return (ax - px) * (by - py) - (bx - px) * (ay - py);
     }
     std::array<int64_t, 3> _x{}, _y{};
     int64_t _area = 0;
@@ -151,7 +154,7 @@ void SurfaceMeter::leave(const std::vector<uint32_t>& pagesInView)
 template <class Visit>
 void SurfaceMeter::forBlocks(const DrawnTriangle& triangle, int blockPosts, Visit&& visit)
 {
-    const GridTriangle grid(triangle, _terrain.shape());
+    const GridTriangle grid(triangle);
     if (!grid.hasArea()) {
         return;
     }

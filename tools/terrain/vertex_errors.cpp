@@ -2,6 +2,7 @@
 #include "tools/terrain/vertex_errors.h"
 
 #include "ig/data/page_codec.h"
+#include "ig/lod/bisection.h"
 
 #include <glm/geometric.hpp>
 
@@ -43,23 +44,27 @@ double maxSquaredDistance(const double* x, const double* y, const double* z, int
     return std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
 }
 
-// Column where a side of a triangle crosses a row, rounded down or up: exact, in whole numbers.
+// Post where a side of a triangle crosses a row of posts, rounded down or up: exact, in whole numbers.
 struct Side {
-    int64_t column, row, columns, rows; // start and extent; rows > 0 where it is asked
+    int64_t column, row, columns, rows; // start and extent, half posts; rows > 0 where it is asked
 
-    int64_t floorAt(int64_t r) const
+    int64_t floorAt(int64_t postRow) const
     {
-        const int64_t product = columns * (r - row);
+        const int64_t down = 2 * postRow - row;
         if (columns == rows || columns == -rows || columns == 0) // as all that no padding cuts
-            return column + (columns == 0 ? 0 : columns > 0 ? r - row : row - r);
-        return column + (product >= 0 ? product / rows : -((-product + rows - 1) / rows));
+            return (column + (columns == 0 ? 0 : columns > 0 ? down : -down)) >> 1;
+        return floorOf(column * rows + columns * down, 2 * rows);
     }
-    int64_t ceilAt(int64_t r) const
+    int64_t ceilAt(int64_t postRow) const
     {
+        const int64_t down = 2 * postRow - row;
         if (columns == rows || columns == -rows || columns == 0)
-            return floorAt(r);
-        const int64_t product = columns * (r - row);
-        return column + (product >= 0 ? (product + rows - 1) / rows : -(-product / rows));
+            return (column + (columns == 0 ? 0 : columns > 0 ? down : -down) + 1) >> 1;
+        return -floorOf(-(column * rows + columns * down), 2 * rows);
+    }
+    static int64_t floorOf(int64_t dividend, int64_t divisor)
+    {
+        return dividend >= 0 ? dividend / divisor : -((-dividend + divisor - 1) / divisor);
     }
 };
 
@@ -97,10 +102,10 @@ PageMeasurer::Corner PageMeasurer::corner(int64_t column, int64_t row) const
     const int64_t c = std::min<int64_t>(column, int64_t{_shape.cols} - 1);
     const int64_t r = std::min<int64_t>(row, int64_t{_shape.rows} - 1);
     if (c >= _west && c <= _east && r >= _north && r <= _south)
-        return {c, r, _places.at(static_cast<size_t>((r - _north) * kSide + c - _west))};
+        return {2 * c, 2 * r, _places.at(static_cast<size_t>((r - _north) * kSide + c - _west))};
     const auto gridColumn = static_cast<uint32_t>(c);
     const auto gridRow = static_cast<uint32_t>(r);
-    return {c, r, _trig.position(gridColumn, gridRow, _grid.at(gridColumn, gridRow))};
+    return {2 * c, 2 * r, _trig.position(gridColumn, gridRow, _grid.at(gridColumn, gridRow))};
 }
 
 // Of the page's posts inside the triangle.
@@ -109,7 +114,7 @@ double PageMeasurer::errorM(const Corner& a, const Corner& b, const Corner& c) c
     const int64_t area = (b.column - a.column) * (c.row - a.row) - (c.column - a.column) * (b.row - a.row);
     if (area == 0)
         return 0;
-    const double perArea = 1.0 / static_cast<double>(area);
+    const double perArea = 2.0 / static_cast<double>(area); // a post is two halves
     const glm::dvec3 ab = b.place - a.place;
     const glm::dvec3 ac = c.place - a.place;
     const glm::dvec3 perColumn =
@@ -135,17 +140,17 @@ double PageMeasurer::errorM(const Corner& a, const Corner& b, const Corner& c) c
     const Side lower = side(*middle, *bottom);
 
     double most = 0;
-    const int64_t last = std::min(bottom->row, _south);
-    for (int64_t r = std::max(top->row, _north); r <= last; ++r) {
+    const int64_t last = std::min(bottom->row >> 1, _south);
+    for (int64_t r = std::max((top->row + 1) >> 1, _north); r <= last; ++r) {
         // A side that lies in a row is spanned by the ends of the other two.
-        const Side& other = r < middle->row || lower.rows == 0 ? upper : lower;
+        const Side& other = 2 * r < middle->row || lower.rows == 0 ? upper : lower;
         const int64_t first = std::max(std::min(whole.ceilAt(r), other.ceilAt(r)), _west);
         const int64_t end = std::min(std::max(whole.floorAt(r), other.floorAt(r)), _east);
         if (first > end)
             continue;
         const auto at = static_cast<size_t>((r - _north) * kSide + first - _west);
-        const glm::dvec3 start = a.place + perColumn * static_cast<double>(first - a.column) +
-                                 perRow * static_cast<double>(r - a.row);
+        const glm::dvec3 start = a.place + perColumn * (0.5 * static_cast<double>(2 * first - a.column)) +
+                                 perRow * (0.5 * static_cast<double>(2 * r - a.row));
         most = std::max(most, maxSquaredDistance(&_places.x[at], &_places.y[at], &_places.z[at],
                                                  end - first + 1, start, perColumn));
     }
@@ -232,10 +237,28 @@ void PageMeasurer::measureSquare(int level, int64_t squareX, int64_t squareY, Le
     measureEdge(sw, nw, column - spacing, row, squareX % kTileSquares == 0);
 
     // The diagonal ends in the corner that has odd multiples of two spacings for coordinates.
-    const double centreErrorM = squareX % 2 == squareY % 2 ? std::max(errorM(nw, se, ne), errorM(nw, se, sw))
-                                                           : std::max(errorM(ne, sw, nw), errorM(ne, sw, se));
-    _planes.raiseError(level, column, row, data::kCodeScale.up(centreErrorM));
+    const bool falls = squareX % 2 == squareY % 2;
+    const double centreErrorM = falls ? std::max(errorM(nw, se, ne), errorM(nw, se, sw))
+                                      : std::max(errorM(ne, sw, nw), errorM(ne, sw, se));
     addToTile(level + 1, column, row, centreErrorM, out);
+    const uint8_t code = data::kCodeScale.up(centreErrorM);
+    if (lod::isInCutSquare<int64_t>({column, row}, _shape.cols, _shape.rows))
+        measureSideways(level, column, row, falls ? std::pair(nw, se) : std::pair(ne, sw), code);
+    else
+        _planes.raiseError(level, column, row, code);
+}
+
+// The centre of a cut square, which has this code for its unsplit triangles: vertex_error.h.
+void PageMeasurer::measureSideways(int level, int64_t column, int64_t row,
+                                   const std::pair<Corner, Corner>& diagonal, uint8_t unsplit)
+{
+    const auto& [a, b] = diagonal;
+    const Corner centre = corner(column, row);
+    const Corner middle{(a.column + b.column) / 2, (a.row + b.row) / 2, 0.5 * (a.place + b.place)};
+    const double wayErrorM = std::max(errorM(a, middle, centre), errorM(b, middle, centre));
+    _planes.raiseError(level, column, row, data::inflated(std::max(unsplit, data::kCodeScale.up(wayErrorM))));
+    _planes.raiseRadius(level, column, row,
+                        data::kCodeScale.up(data::reachM(0.0, glm::length(middle.place - centre.place))));
 }
 
 LeafMeasure PageMeasurer::measure(uint32_t pageX, uint32_t pageY)

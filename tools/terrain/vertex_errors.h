@@ -22,6 +22,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace ig::terrain {
@@ -48,16 +49,19 @@ public:
     void measurePadding(uint32_t pageX, uint32_t pageY);
 
 private:
+    // Of a triangle; in half posts of the grid, clamped.
     struct Corner {
-        int64_t column = 0, row = 0; // of the grid, clamped
+        int64_t column = 0, row = 0;
         glm::dvec3 place;
     };
     void load(uint32_t pageX, uint32_t pageY);
     void measureFinestVertices();
     void addFinest(LeafMeasure& out) const;
     void measureSquare(int level, int64_t squareX, int64_t squareY, LeafMeasure& out);
+    void measureSideways(int level, int64_t column, int64_t row, const std::pair<Corner, Corner>& diagonal,
+                         uint8_t unsplit);
     void addToTile(int strideLevel, int64_t column, int64_t row, double errorM, LeafMeasure& out) const;
-    Corner corner(int64_t column, int64_t row) const;
+    Corner corner(int64_t column, int64_t row) const; // in posts
     double errorM(const Corner& a, const Corner& b, const Corner& c) const;
 
     const lod::TerrainShape& _shape;
