@@ -47,9 +47,13 @@ inline size_t cracks(const TreeTerrain& terrain, const ig::lod::DrawList& list, 
     size_t bad = 0;
     for (const auto& [edge, count] : edges) {
         const auto& [p, q] = edge;
-        const bool border =
-            (p[0] == q[0] && p[0] % terrain.size == 0) || (p[1] == q[1] && p[1] % terrain.size == 0);
-        const bool fine = count == (border ? 1 : 2) || (count == 1 && outOfView(p, q));
+        // Nothing is drawn in the padding but what the centres of cut squares leave there.
+        const auto onBorder = [&](size_t axis, uint32_t posts) {
+            const auto last = static_cast<int>(posts) - 1;
+            return (p[axis] == 0 && q[axis] == 0) || (p[axis] >= last && q[axis] >= last);
+        };
+        const bool border = onBorder(0, terrain.shape.cols) || onBorder(1, terrain.shape.rows);
+        const bool fine = count == 2 || (count == 1 && (border || outOfView(p, q)));
         bad += fine ? 0 : 1;
     }
     return bad;

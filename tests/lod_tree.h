@@ -53,6 +53,10 @@ struct TreeTerrain : Terrain {
         return ig::lod::isInCutSquare(Post{col, row}, static_cast<int>(shape.cols),
                                       static_cast<int>(shape.rows));
     }
+    bool isOnCut(const Post& post) const
+    {
+        return ig::lod::isOnCut(post, static_cast<int>(shape.cols), static_cast<int>(shape.rows));
+    }
     // Weight of a vertex as the vertex shader works it out.
     double weight(int col, int row, const glm::dvec3& eye) const
     {
@@ -113,6 +117,24 @@ inline Sideways sidewaysOf(const TreeTerrain& t, int col, int row)
             glm::length(middle.place - own.place)};
 }
 
+// How far the posts between two others in one column or row are from the line between these.
+inline double alongM(const TreeTerrain& t, const Post& from, const Post& to)
+{
+    const GridPoint a = gridPoint(t, from);
+    const GridPoint b = gridPoint(t, to);
+    const double steps = std::max(std::abs(b.onGrid[0] - a.onGrid[0]), std::abs(b.onGrid[1] - a.onGrid[1]));
+    double worst = 0;
+    for (double step = 0; step <= steps; ++step) {
+        const double share = steps > 0 ? step / steps : 0.0;
+        const auto at = [&](size_t axis) {
+            return static_cast<int>(std::lround(a.onGrid[axis] * (1 - share) + b.onGrid[axis] * share));
+        };
+        worst =
+            std::max(worst, glm::length(t.position(at(0), at(1)) - a.place * (1 - share) - b.place * share));
+    }
+    return worst;
+}
+
 inline void computeCodes(TreeTerrain& t)
 {
     using namespace ig::lod;
@@ -134,6 +156,9 @@ inline void computeCodes(TreeTerrain& t)
                     const auto split = splitOf(col, row);
                     double error = 0;
                     for (const Post& apex : {split[2], split[3]}) {
+                        if (inside(apex) && !centres && t.isOnCut(apex)) {
+                            error = std::max(error, alongM(t, split[0], split[1]));
+                        }
                         if (inside(apex)) {
                             error =
                                 std::max(error, deviation(t, {gridPoint(t, split[0]), gridPoint(t, split[1]),

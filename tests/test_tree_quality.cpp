@@ -150,6 +150,21 @@ bool touchesPadding(const test::TreeTerrain& terrain, const test::Post& post)
     });
 }
 
+// Whether none of the triangles that a vertex splits has an area on the grid.
+bool isOfSheets(const test::TreeTerrain& terrain, const test::Post& post)
+{
+    const auto split = test::splitOf(post[0], post[1]);
+    const auto a = test::gridPoint(terrain, split[0]).onGrid;
+    const auto b = test::gridPoint(terrain, split[1]).onGrid;
+    return std::all_of(split.begin() + 2, split.end(), [&](const test::Post& apex) {
+        if (apex[0] < 0 || apex[1] < 0 || apex[0] > terrain.size || apex[1] > terrain.size) {
+            return true;
+        }
+        const auto c = test::gridPoint(terrain, apex).onGrid;
+        return (b[0] - a[0]) * (c[1] - a[1]) == (b[1] - a[1]) * (c[0] - a[0]);
+    });
+}
+
 template <class NextView>
 void fly(const test::TreeTerrain& terrain, const TreeSettings& settings, int frames, NextView&& nextView,
          Moves& moves)
@@ -189,7 +204,10 @@ void fly(const test::TreeTerrain& terrain, const TreeSettings& settings, int fra
                 !test::isInView(view, terrain.position(post[0], post[1]), radiusM + 200)) {
                 return;
             }
-            // Where none of its triangles has an area there is nothing to be seen of it.
+            // Where none of its triangles has an area there is nothing to be seen of it, at rest.
+            if (isOfSheets(terrain, post) && glm::length(place - terrain.position(post[0], post[1])) < 1e-6) {
+                return;
+            }
             if (const auto start = terrain.start(post[0], post[1])) {
                 ++count;
                 moves.besidePadding += touchesPadding(terrain, post) ? 1 : 0;
@@ -366,6 +384,31 @@ size_t uncovered(test::TreeTerrain t, const DrawList& list, const ViewState& vie
     return count;
 }
 
+// The highest of the triangles in view that stand upright on the grid, in pixels as their errors are.
+double highestSheetPx(test::TreeTerrain t, const DrawList& list, const ViewState& view)
+{
+    t.morph = list.morph;
+    double worstPx = 0;
+    for (const auto& posts : test::trianglesOf(t, list)) {
+        std::array<test::GridPoint, 3> p;
+        std::ranges::transform(posts, p.begin(),
+                               [&](const test::Post& post) { return test::drawnPoint(t, post, view.eye.m); });
+        const auto across = [&](size_t k, size_t axis) { return p[k].onGrid[axis] - p[0].onGrid[axis]; };
+        const bool inView = std::ranges::all_of(
+            p, [&](const test::GridPoint& point) { return test::isInView(view, point.place); });
+        if (!inView || std::abs(across(1, 0) * across(2, 1) - across(1, 1) * across(2, 0)) > 1e-9) {
+            continue;
+        }
+        const glm::dvec3 ab = p[1].place - p[0].place;
+        const glm::dvec3 ac = p[2].place - p[0].place;
+        const double longestM = std::max({glm::length(ab), glm::length(ac), glm::length(ac - ab), 1e-9});
+        const double heightM = glm::length(glm::cross(ab, ac)) / longestM;
+        worstPx = std::max(worstPx, pixelsPerRadian(view) * heightM /
+                                        distanceToTriangleM(view.eye.m, p[0].place, p[1].place, p[2].place));
+    }
+    return worstPx;
+}
+
 } // namespace
 
 TEST_CASE("where vertices come sideways the bound holds on their way and nothing in view is left out")
@@ -373,12 +416,17 @@ TEST_CASE("where vertices come sideways the bound holds on their way and nothing
     std::mt19937 random(7);
     std::uniform_real_distribution<double> distribution(0.0, 1.0);
     const auto share = [&] { return distribution(random); };
-    size_t sideways = 0; // corners on their way
-    double used = 0;     // of tau, beside them
+    size_t sideways = 0;     // corners on their way
+    double used = 0;         // of tau, beside them
+    double highestSheet = 0; // of tau
     for (const double roughM : {0.0, 4.0, 300.0}) {
         for (const auto& [cols, rows] : {std::pair(203U, 149U), {141U, 251U}}) {
-            const test::TreeTerrain made = test::makeTree(cols, rows, [&](int c, int r) {
-                return 300 + 200 * std::sin(c * 0.031 + 1) * std::cos(r * 0.023) + roughM * share();
+            // Padding asks for the same posts again.
+            std::vector<double> rough(size_t{cols} * rows);
+            std::ranges::generate(rough, [&] { return roughM * share(); });
+            const test::TreeTerrain made = test::makeTree(cols, rows, [&, across = cols](int c, int r) {
+                return 300 + 200 * std::sin(c * 0.031 + 1) * std::cos(r * 0.023) +
+                       rough[static_cast<size_t>(r) * across + static_cast<size_t>(c)];
             });
             for (int i = 0; i < 40; ++i) {
                 // Near the eastern end, the southern one, and the corner of both.
@@ -407,12 +455,16 @@ TEST_CASE("where vertices come sideways the bound holds on their way and nothing
                 REQUIRE(measured.screenPx <= list.stats.errorPx * 1.0001 + 1e-6);
                 used = std::max(used, measured.relativePx / list.stats.tauPx);
                 REQUIRE(uncovered(made, list, view) == 0);
+                const double sheetPx = highestSheetPx(made, list, view);
+                REQUIRE(sheetPx <= list.stats.tauPx * 1.0001 + 1e-6);
+                highestSheet = std::max(highestSheet, sheetPx / list.stats.tauPx);
             }
         }
     }
-    CAPTURE(sideways, used);
+    CAPTURE(sideways, used, highestSheet);
     CHECK(sideways > 200);
     CHECK(used > 0.3);
+    CHECK(highestSheet > 0.01); // there are some
 }
 
 // Bottom up: every vertex that is not wanted goes, and with it two or four triangles, as long as none of its

@@ -59,12 +59,13 @@ void measureFinest(const PagePlaces& places, int64_t lastColumn, int64_t lastRow
         errorCode[post] = kCodeScale.up(errorM);
         radiusCode[post] = 0;
     };
+    // Just behind the last column or row they split the side that the centre of a cut square came to.
     for (int64_t j = 0; j < kSide; j += 2)
         for (int64_t i = 1; i < kSide; i += 2)
-            setEdge(at(i, j), j <= lastRow ? acrossM(i, j) : 0.0);
+            setEdge(at(i, j), j <= lastRow + 1 ? acrossM(i, j) : 0.0);
     for (int64_t j = 1; j < kSide; j += 2)
         for (int64_t i = 0; i < kSide; i += 2)
-            setEdge(at(i, j), i <= lastColumn ? downM(i, j) : 0.0);
+            setEdge(at(i, j), i <= lastColumn + 1 ? downM(i, j) : 0.0);
 
     for (int64_t j = 1; j < kSide; j += 2)
         for (int64_t i = 1; i < kSide; i += 2) {

@@ -51,12 +51,22 @@ constexpr bool isInCutSquare(const GridPost<Int>& v, Int cols, Int rows) noexcep
     return (v[0] & v[1] & s) != 0 && (v[0] + s >= cols || v[1] + s >= rows);
 }
 
+// The same of a square of which some is left, when the centre stands on that last column or row itself, where
+// it ends its way.
+template <class Int>
+constexpr bool isOnCut(const GridPost<Int>& v, Int cols, Int rows) noexcept
+{
+    const Int s = spacingOf(v);
+    return isInCutSquare(v, cols, rows) && (v[0] >= cols - 1 || v[1] >= rows - 1) && v[0] - s < cols - 1 &&
+           v[1] - s < rows - 1;
+}
+
 // Where on the edge that it splits a vertex of the padded grid 0 .. last morphs from: 0 at the edge's first
 // end, 1 at the second. 1/2, but where the edge ends in padding, whose posts stand at the last column or row
 // of the grid: there, too, the vertex is at its own column and row all the way. Nothing where a vertex does
 // not morph:
 //   - at corners of the padded grid, which are never split;
-//   - where none of the triangles that it splits has an area.
+//   - where none of the triangles that it splits has an area, or had one while its apex was on its way.
 template <class Int>
 constexpr std::optional<double> shareOfEdge(const GridPost<Int>& v, Int last, Int cols, Int rows) noexcept
 {
@@ -76,7 +86,7 @@ constexpr std::optional<double> shareOfEdge(const GridPost<Int>& v, Int last, In
     };
     const auto hasArea = [&](const GridPost<Int>& apex) {
         const bool exists = apex[0] >= 0 && apex[1] >= 0 && apex[0] <= last && apex[1] <= last;
-        return exists && isBeside(apex);
+        return exists && (isBeside(apex) || isOnCut(apex, cols, rows));
     };
     if (!(hasArea(split[2]) || hasArea(split[3]))) {
         return std::nullopt;
@@ -86,6 +96,33 @@ constexpr std::optional<double> shareOfEdge(const GridPost<Int>& v, Int last, In
     }
     const size_t axis = edge[0] != 0 ? 0 : 1;
     return static_cast<double>(fromFirst(v)[axis]) / static_cast<double>(edge[axis]);
+}
+
+// Whether there is ever anything to be seen of a triangle, newest vertex first. In the padding there is not:
+// posts of one column or row of the grid, which a triangle would join to an upright sheet. But the centre of
+// a cut square comes to that column sideways, with an area on its way, and leaves a sheet between the side
+// that it came to and itself: it goes with the morph of the vertex that splits that side.
+template <class Int>
+constexpr bool isEverSeen(const std::array<GridPost<Int>, 3>& triangle, Int cols, Int rows) noexcept
+{
+    const auto& [v, left, right] = triangle;
+    const auto to = [&, from = v](const GridPost<Int>& post) {
+        return GridPost<Int>{std::min<Int>(post[0], cols - 1) - std::min<Int>(from[0], cols - 1),
+                             std::min<Int>(post[1], rows - 1) - std::min<Int>(from[1], rows - 1)};
+    };
+    const GridPost<Int> a = to(left);
+    const GridPost<Int> b = to(right);
+    if (a[0] * b[1] != a[1] * b[0] || isOnCut(v, cols, rows)) {
+        return true;
+    }
+    const Int s = spacingOf(v);
+    const bool isCentre = (v[0] & v[1] & s) != 0;
+    // Of an edge's vertex: the apex of the triangle that it split is the corner that is no end of the edge.
+    const auto isApex = [&](const GridPost<Int>& post) {
+        return (v[0] & s) != 0 ? post[1] != v[1] : post[0] != v[0];
+    };
+    return !isCentre &&
+           ((isApex(left) && isOnCut(left, cols, rows)) || (isApex(right) && isOnCut(right, cols, rows)));
 }
 
 // Column and row at which a vertex is drawn at a weight of its morph: its own, clamped to the grid, unless it

@@ -97,6 +97,14 @@ bool PageGraph::isCentreCut(int32_t slot, int col, int row) const noexcept
     return lod::isInCutSquare<int64_t>(gridPost(slot, col, row), _shape.cols, _shape.rows);
 }
 
+bool PageGraph::isSeenAtCut(int32_t slot, const std::array<GridPost<int>, 3>& triangle) const noexcept
+{
+    std::array<GridPost<int64_t>, 3> posts{};
+    std::ranges::transform(triangle, posts.begin(),
+                           [&](const GridPost<int>& p) { return gridPost(slot, p[0], p[1]); });
+    return lod::isEverSeen<int64_t>(posts, _shape.cols, _shape.rows);
+}
+
 TileBox PageGraph::boxOf(const PageNode& node) const noexcept
 {
     return tileBox(_shape, {node.depth, node.x, node.y}, node.minHeightM, node.maxHeightM);

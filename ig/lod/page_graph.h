@@ -105,6 +105,11 @@ public:
     {
         return ((*this)[slot].isCut || ((col | row) % kPageIntervals) == 0) && isCentreCut(slot, col, row);
     }
+    // Of a triangle of a resident page, newest vertex first: see bisection.h.
+    bool isEverSeen(int32_t slot, const std::array<GridPost<int>, 3>& triangle) const noexcept
+    {
+        return !(*this)[slot].isCut || isSeenAtCut(slot, triangle);
+    }
     uint32_t slots() const noexcept { return static_cast<uint32_t>(_slots.size()); }
     // Another number whenever a page has been opened or closed: which vertices exist may have changed.
     uint64_t changes() const noexcept { return _changes; }
@@ -156,6 +161,7 @@ private:
     GridPost<int64_t> gridPost(int32_t slot, int col, int row) const noexcept; // of the padded full grid
     TileBox boxOf(const PageNode& node) const noexcept;
     bool isCentreCut(int32_t slot, int col, int row) const noexcept;
+    bool isSeenAtCut(int32_t slot, const std::array<GridPost<int>, 3>& triangle) const noexcept;
     VertexId introducedOnBorder(int32_t slot, int col, int row) const noexcept;
     VertexId centreAcross(int32_t slot, int col, int row) const noexcept;
     int32_t pageAt(int depth, int64_t x, int64_t y) const noexcept;

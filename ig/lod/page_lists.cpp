@@ -407,6 +407,10 @@ void PageLists::emit(const Corner& apex, const Corner& left, const Corner& right
 
 void PageLists::put(const Corner& apex, const Corner& left, const Corner& right)
 {
+    if (!_graph.isEverSeen(_making.slot,
+                           {{{apex.col, apex.row}, {left.col, left.row}, {right.col, right.row}}})) {
+        return;
+    }
     if (_making.cluster == kNone || _clusters[_making.cluster].triangles == kClusterTriangles) {
         closeCluster();
         openCluster(apex.bounds);

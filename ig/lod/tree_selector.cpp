@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace ig::lod {
 
@@ -102,6 +103,7 @@ void TreeSelector::addPage(uint32_t page, uint32_t slot, const PageData& data)
 {
     _graph.add(page, slot, data);
     _tree.addPage(slot, data);
+    ++_pagesAdded;
 }
 
 void TreeSelector::removePage(uint32_t, uint32_t slot)
@@ -196,8 +198,8 @@ void TreeSelector::solve(const ViewState& view, const Motion& motion, double rea
     Trial fails; // the smallest known not to
     fails.reach = std::numeric_limits<double>::infinity();
     // More than before may be drawn, or there is more while the eye rests: no small steps lead there.
-    const bool grows = budget > _lastBudget || (!motion.moves() && _graph.changes() != _pageChanges);
-    _pageChanges = _graph.changes();
+    const bool grows = budget > _lastBudget || (!motion.moves() && _pagesAdded != _pagesBefore);
+    _pagesBefore = std::exchange(_pagesThen, _pagesAdded);
     _lastBudget = budget;
     bool settles = motion.jumped;
     bool counted = settles;

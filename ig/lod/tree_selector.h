@@ -139,6 +139,7 @@ private:
     VertexTree _tree;
     PageLists _lists;
     TriangleCensus _census;
+    uint64_t _pagesAdded = 0;
     // Of the last selection.
     ViewState _view;
     bool _hasView = false;
@@ -146,7 +147,8 @@ private:
     double _cutM = 0;
     uint32_t _triangles = 0;
     uint32_t _lastBudget = 0;
-    uint64_t _pageChanges = 0; // PageGraph::changes()
+    uint64_t _pagesThen = 0;   // added until then
+    uint64_t _pagesBefore = 0; // and until the selection before
     double _speedM = 0;        // metres a frame, falling slowly
     double _movedM = 0;        // from the view before
     double _missingPx = 0;

@@ -32,7 +32,10 @@
 // q and v: x = e + t (q_w - e) is drawn at e + t (1 - w) (q - e) + t w (v - e). So nothing is drawn
 // farther from the terrain than the largest of U, S and the triangles (e, q, v), over which v's error is
 // measured, too; and one code more than that is at least 1 / (1 - b) of it, so the bound at a weight, delta_v
-// (1 - w b), holds whatever the way there is.
+// (1 - w b), holds whatever the way there is. Where v ends on that column or row itself, its triangle there
+// ends as an upright sheet, as high as the posts of that side are off the side: that is an error of the
+// vertex which splits the side, and goes with its morph. Other triangles in the padding are never drawn
+// (bisection.h).
 //
 // A vertex whose code of error is 0 has error 0 and so have its descendants.
 #pragma once

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 namespace ig::terrain {
@@ -208,6 +209,28 @@ void PageMeasurer::addToTile(int strideLevel, int64_t column, int64_t row, doubl
     most = std::max(most, errorM);
 }
 
+// Of the page's posts between two corners in one column or row, the grid's last.
+double PageMeasurer::sheetErrorM(const Corner& a, const Corner& b) const
+{
+    const bool down = a.column == b.column;
+    const auto postOf = [down](const Corner& corner) { return (down ? corner.row : corner.column) / 2; };
+    const auto& [first, last] = postOf(a) < postOf(b) ? std::tie(a, b) : std::tie(b, a);
+    const int64_t line = (down ? a.column : a.row) / 2;
+    if (line < (down ? _west : _north) || line > (down ? _east : _south))
+        return 0;
+    const int64_t from = postOf(first);
+    const int64_t to = postOf(last);
+    double mostM = 0;
+    for (int64_t post = std::max(from, down ? _north : _west); post <= std::min(to, down ? _south : _east);
+         ++post) {
+        const double share = static_cast<double>(post - from) / static_cast<double>(to - from);
+        const size_t at = down ? static_cast<size_t>((post - _north) * kSide + line - _west)
+                               : static_cast<size_t>((line - _north) * kSide + post - _west);
+        mostM = std::max(mostM, glm::length(_places.at(at) - (1 - share) * first.place - share * last.place));
+    }
+    return mostM < kOnSurfaceM ? 0.0 : mostM;
+}
+
 // A square of two by two spacings 2^level: the vertex in its centre splits its diagonal, those in the middle
 // of its sides split the triangles between the sides and the centre.
 void PageMeasurer::measureSquare(int level, int64_t squareX, int64_t squareY, LeafMeasure& out)
@@ -227,7 +250,10 @@ void PageMeasurer::measureSquare(int level, int64_t squareX, int64_t squareY, Le
     const auto measureEdge = [&](const Corner& a, const Corner& b, int64_t edgeColumn, int64_t edgeRow,
                                  bool onTileBorder) {
         const double edgeErrorM = errorM(a, b, centre);
-        _planes.raiseError(level, edgeColumn, edgeRow, data::kCodeScale.up(edgeErrorM));
+        const bool isSheet = (centre.column == a.column && a.column == b.column) ||
+                             (centre.row == a.row && a.row == b.row); // lod::isEverSeen
+        _planes.raiseError(level, edgeColumn, edgeRow,
+                           data::kCodeScale.up(isSheet ? sheetErrorM(a, b) : edgeErrorM));
         if (onTileBorder)
             addToTile(level, column, row, edgeErrorM, out);
     };

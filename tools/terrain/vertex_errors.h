@@ -63,6 +63,7 @@ private:
     void addToTile(int strideLevel, int64_t column, int64_t row, double errorM, LeafMeasure& out) const;
     Corner corner(int64_t column, int64_t row) const; // in posts
     double errorM(const Corner& a, const Corner& b, const Corner& c) const;
+    double sheetErrorM(const Corner& a, const Corner& b) const;
 
     const lod::TerrainShape& _shape;
     const GridStore& _grid;
