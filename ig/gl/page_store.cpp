@@ -191,11 +191,9 @@ void PageStore::packMorphs(const data::PageMesh& mesh)
     for (size_t i = 0; i < _packedMorph.size(); ++i) {
         const data::VertexMorph& in = mesh.morph[i];
         PackedMorph& out = _packedMorph[vertex[i]];
-        if (_morph == Morph::tiles) {
-            out = {};
-            if (in.sideways)
-                continue;
-        }
+        out = {};
+        if (_morph == Morph::tiles && in.sideways)
+            continue;
         out.errorCode = _morph == Morph::tiles ? powerOfTwoCode(in.toMiddleM) : in.errorCode;
         out.radiusCode = _morph == Morph::tiles ? uint8_t{0} : in.radiusCode;
         if (in.sideways) {

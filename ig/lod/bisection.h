@@ -42,13 +42,27 @@ constexpr std::array<GridPost<Int>, 4> splitOf(const GridPost<Int>& v) noexcept
                   : std::array<Post, 4>{north, south, west, east};
 }
 
+// Whether a vertex splits the diagonal of a square, and not an edge. Not for corners of the grid.
+template <class Int>
+constexpr bool isCentre(const GridPost<Int>& v) noexcept
+{
+    return (v[0] & v[1] & spacingOf(v)) != 0;
+}
+
+// Where a post of the padded grid stands: padding at the last column or row.
+template <class Int>
+constexpr GridPost<Int> clampedTo(const GridPost<Int>& post, Int cols, Int rows) noexcept
+{
+    return {std::min<Int>(post[0], cols - 1), std::min<Int>(post[1], rows - 1)};
+}
+
 // Whether a vertex is in the centre of a square that the grid's last column or row cuts. It stands beside the
 // square's diagonal, which the padding's posts bend, and morphs to its place sideways (vertex_error.h).
 template <class Int>
 constexpr bool isInCutSquare(const GridPost<Int>& v, Int cols, Int rows) noexcept
 {
     const Int s = spacingOf(v);
-    return (v[0] & v[1] & s) != 0 && (v[0] + s >= cols || v[1] + s >= rows);
+    return isCentre(v) && (v[0] + s >= cols || v[1] + s >= rows);
 }
 
 // The same of a square of which some is left, when the centre stands on that last column or row itself, where
@@ -76,8 +90,9 @@ constexpr std::optional<double> shareOfEdge(const GridPost<Int>& v, Int last, In
     const auto split = splitOf(v);
     // From the first end, on the grid.
     const auto fromFirst = [&](const GridPost<Int>& post) {
-        return GridPost<Int>{std::min<Int>(post[0], cols - 1) - std::min<Int>(split[0][0], cols - 1),
-                             std::min<Int>(post[1], rows - 1) - std::min<Int>(split[0][1], rows - 1)};
+        const GridPost<Int> at = clampedTo(post, cols, rows);
+        const GridPost<Int> first = clampedTo(split[0], cols, rows);
+        return GridPost<Int>{at[0] - first[0], at[1] - first[1]};
     };
     const GridPost<Int> edge = fromFirst(split[1]);
     const auto isBeside = [&](const GridPost<Int>& post) {
@@ -106,22 +121,18 @@ template <class Int>
 constexpr bool isEverSeen(const std::array<GridPost<Int>, 3>& triangle, Int cols, Int rows) noexcept
 {
     const auto& [v, left, right] = triangle;
-    const auto to = [&, from = v](const GridPost<Int>& post) {
-        return GridPost<Int>{std::min<Int>(post[0], cols - 1) - std::min<Int>(from[0], cols - 1),
-                             std::min<Int>(post[1], rows - 1) - std::min<Int>(from[1], rows - 1)};
-    };
-    const GridPost<Int> a = to(left);
-    const GridPost<Int> b = to(right);
-    if (a[0] * b[1] != a[1] * b[0] || isOnCut(v, cols, rows)) {
+    const GridPost<Int> at = clampedTo(v, cols, rows);
+    const GridPost<Int> a = clampedTo(left, cols, rows);
+    const GridPost<Int> b = clampedTo(right, cols, rows);
+    if ((a[0] - at[0]) * (b[1] - at[1]) != (a[1] - at[1]) * (b[0] - at[0]) || isOnCut(v, cols, rows)) {
         return true;
     }
     const Int s = spacingOf(v);
-    const bool isCentre = (v[0] & v[1] & s) != 0;
     // Of an edge's vertex: the apex of the triangle that it split is the corner that is no end of the edge.
     const auto isApex = [&](const GridPost<Int>& post) {
         return (v[0] & s) != 0 ? post[1] != v[1] : post[0] != v[0];
     };
-    return !isCentre &&
+    return !isCentre(v) &&
            ((isApex(left) && isOnCut(left, cols, rows)) || (isApex(right) && isOnCut(right, cols, rows)));
 }
 
@@ -132,8 +143,8 @@ constexpr std::array<double, 2> drawnAt(const GridPost<Int>& v, double weight, I
                                         Int rows) noexcept
 {
     const auto onGrid = [cols, rows](const GridPost<Int>& post) {
-        return std::array<double, 2>{static_cast<double>(std::min<Int>(post[0], cols - 1)),
-                                     static_cast<double>(std::min<Int>(post[1], rows - 1))};
+        const GridPost<Int> at = clampedTo(post, cols, rows);
+        return std::array<double, 2>{static_cast<double>(at[0]), static_cast<double>(at[1])};
     };
     std::array<double, 2> at = onGrid(v);
     if (weight >= 1.0 || !isInCutSquare(v, cols, rows)) {

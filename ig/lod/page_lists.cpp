@@ -422,7 +422,8 @@ void PageLists::put(const Corner& apex, const Corner& left, const Corner& right)
         _making.bounds.add(c->bounds);
     }
     if (_graph.isInCutSquare(_making.slot, apex.col, apex.row)) {
-        const auto sidewaysM = static_cast<float>(morphM(_making.slot, apex.col, apex.row));
+        const auto sidewaysM =
+            static_cast<float>(_tree.radiusM(PageGraph::id(_making.slot, apex.col, apex.row)));
         _making.bounds.add({apex.bounds.low - sidewaysM, apex.bounds.high + sidewaysM});
     }
 }

@@ -110,16 +110,4 @@ void forPostsIn(const std::array<std::array<double, 2>, 3>& c, const Each& each)
     }
 }
 
-// The same inside a triangle of the grid, clamped to cols x rows.
-template <class Each>
-void forPostsUnder(const std::array<Post, 3>& posts, int cols, int rows, const Each& each)
-{
-    std::array<std::array<double, 2>, 3> corners{};
-    for (size_t k = 0; k < 3; ++k) {
-        corners[k] = {static_cast<double>(std::min(posts[k][0], cols - 1)),
-                      static_cast<double>(std::min(posts[k][1], rows - 1))};
-    }
-    forPostsIn(corners, each);
-}
-
 } // namespace ig::selftest

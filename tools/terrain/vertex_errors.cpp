@@ -52,16 +52,19 @@ struct Side {
     int64_t floorAt(int64_t postRow) const
     {
         const int64_t down = 2 * postRow - row;
-        if (columns == rows || columns == -rows || columns == 0) // as all that no padding cuts
-            return (column + (columns == 0 ? 0 : columns > 0 ? down : -down)) >> 1;
-        return floorOf(column * rows + columns * down, 2 * rows);
+        return isStraight() ? straightAt(down) >> 1 : floorOf(column * rows + columns * down, 2 * rows);
     }
     int64_t ceilAt(int64_t postRow) const
     {
         const int64_t down = 2 * postRow - row;
-        if (columns == rows || columns == -rows || columns == 0)
-            return (column + (columns == 0 ? 0 : columns > 0 ? down : -down) + 1) >> 1;
-        return -floorOf(-(column * rows + columns * down), 2 * rows);
+        return isStraight() ? (straightAt(down) + 1) >> 1
+                            : -floorOf(-(column * rows + columns * down), 2 * rows);
+    }
+    // Diagonal or upright, as all that no padding cuts.
+    bool isStraight() const { return columns == rows || columns == -rows || columns == 0; }
+    int64_t straightAt(int64_t down) const
+    {
+        return column + (columns == 0 ? 0 : columns > 0 ? down : -down);
     }
     static int64_t floorOf(int64_t dividend, int64_t divisor)
     {
