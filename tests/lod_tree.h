@@ -9,6 +9,8 @@
 #include "lod_terrain.h"
 
 #include <glm/geometric.hpp>
+#include <glm/mat2x2.hpp>
+#include <glm/matrix.hpp>
 
 #include <array>
 #include <functional>
@@ -115,6 +117,40 @@ inline Sideways sidewaysOf(const TreeTerrain& t, int col, int row)
     const GridPoint own = gridPoint(t, {col, row});
     return {std::max(deviation(t, {a, middle, own}), deviation(t, {b, middle, own})),
             glm::length(middle.place - own.place)};
+}
+
+// How much farther from the terrain a tile's children may be than the tile on their way in a cut square,
+// whose centre is given: D + C of ig/lod/geomip_morph.h. point: GridPoint of a post.
+template <class Point>
+double tileWayM(const Post& centre, Point&& point)
+{
+    const auto split = splitOf(centre[0], centre[1]);
+    const std::array<GridPoint, 4> corner{point(split[0]), point(split[1]), point(split[2]), point(split[3])};
+    const auto onGrid = [](const GridPoint& p) { return glm::dvec2(p.onGrid[0], p.onGrid[1]); };
+    // Shares of the diagonal's other end and an apex in a place of the grid.
+    const auto sharesOf = [&](const GridPoint& apex, const GridPoint& at) {
+        const glm::dvec2 origin = onGrid(corner[0]);
+        return glm::inverse(glm::dmat2(onGrid(corner[1]) - origin, onGrid(apex) - origin)) *
+               (onGrid(at) - origin);
+    };
+    const auto plane = [&](const GridPoint& apex, const GridPoint& at) {
+        const glm::dvec2 share = sharesOf(apex, at);
+        return corner[0].place + share.x * (corner[1].place - corner[0].place) +
+               share.y * (apex.place - corner[0].place);
+    };
+    double farthestM = 0;
+    const GridPoint own = point(centre);
+    const auto add = [&](const GridPoint& vertex) {
+        const size_t apex = sharesOf(corner[2], vertex).y >= 0 ? 2 : 3;
+        farthestM = std::max(farthestM, glm::length(vertex.place - plane(corner[apex], vertex)));
+    };
+    add(own);
+    for (const size_t end : {0, 1}) {
+        for (const size_t apex : {2, 3}) {
+            add(point({(split[end][0] + split[apex][0]) / 2, (split[end][1] + split[apex][1]) / 2}));
+        }
+    }
+    return farthestM + glm::length(plane(corner[2], own) - plane(corner[3], own));
 }
 
 // How far the posts between two others in one column or row are from the line between these.

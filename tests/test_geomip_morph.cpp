@@ -102,60 +102,9 @@ const test::Terrain& large()
     return made;
 }
 
-// A terrain whose tiles' errors are true, by brute force.
-template <class Height>
-test::TreeTerrain makeTrue(Height&& height)
-{
-    test::TreeTerrain t = test::makeTree(257, 257, height);
-    const auto errorOf = [&](size_t page, int stride, int windowX, int windowY) {
-        DrawList list;
-        DrawItem item;
-        item.page = static_cast<uint32_t>(page);
-        item.stride = static_cast<uint8_t>(stride);
-        item.windowX = static_cast<uint8_t>(windowX);
-        item.windowY = static_cast<uint8_t>(windowY);
-        for (uint8_t stitch = 0; stitch < 16; ++stitch) {
-            item.stitch = stitch;
-            list.items.push_back(item);
-        }
-        double worst = 0;
-        std::set<std::array<test::Post, 3>> known;
-        test::forTriangles(t, list, [&](const DrawItem&, const std::array<test::Vertex, 3>& v) {
-            const std::array<test::Post, 3> posts{v[0].post, v[1].post, v[2].post};
-            if (known.insert(posts).second) {
-                worst = std::max(
-                    worst, test::deviation(t, {test::gridPoint(t, posts[0]), test::gridPoint(t, posts[1]),
-                                               test::gridPoint(t, posts[2])}));
-            }
-        });
-        return static_cast<float>(worst * 1.000001);
-    };
-    for (size_t p = t.pages.size(); p-- > 0;) {
-        PageNode& page = t.pages[p];
-        page.errorM = errorOf(p, 4, 0, 0);
-        page.stitchedErrorM = 0;
-        for (const int32_t child : page.child) {
-            if (child >= 0) {
-                page.errorM = std::max(page.errorM, t.pages[static_cast<size_t>(child)].errorM);
-            }
-        }
-        if (page.depth == t.shape.deepestPage) {
-            for (int w = 0; w < 16; ++w) {
-                page.stitchedErrorM = std::max(page.stitchedErrorM, errorOf(p, 1, w % 4, w / 4));
-            }
-            for (int q = 0; q < 4; ++q) {
-                float& quarter = page.quarterErrorM[static_cast<size_t>(q)];
-                quarter = std::max(page.stitchedErrorM, errorOf(p, 2, q % 2, q / 2));
-                page.errorM = std::max(page.errorM, quarter);
-            }
-        }
-    }
-    return t;
-}
-
 const test::TreeTerrain& hills()
 {
-    static const test::TreeTerrain made = makeTrue([](int c, int r) {
+    static const test::TreeTerrain made = test::makeTrue(257, 257, [](int c, int r) {
         return 400 + 300 * std::sin(c * 0.07) * std::cos(r * 0.05) + 60 * std::sin(c * 0.5) +
                25 * std::cos(r * 0.9 + c * 0.3);
     });
@@ -445,7 +394,7 @@ TEST_CASE("nor over real ground, with all pages or with late ones")
     if (heights.empty()) {
         return;
     }
-    const test::TreeTerrain real = makeTrue([&](int c, int r) {
+    const test::TreeTerrain real = test::makeTrue(257, 257, [&](int c, int r) {
         return static_cast<double>(heights[static_cast<size_t>(r) * 257 + static_cast<size_t>(c)]);
     });
     Moves moves;
@@ -458,8 +407,10 @@ TEST_CASE("nor over real ground, with all pages or with late ones")
 TEST_CASE("nor over ground that is all cliffs or spikes")
 {
     Moves moves;
-    fly(makeTrue([](int c, int r) { return (c / 37 + r / 41) % 2 == 0 ? 0.0 : 800.0; }), 2, false, moves);
-    fly(makeTrue([](int c, int r) { return (c * 7 + r * 13) % 97 == 0 ? 900.0 : 0.0; }), 3, false, moves);
+    fly(test::makeTrue(257, 257, [](int c, int r) { return (c / 37 + r / 41) % 2 == 0 ? 0.0 : 800.0; }), 2,
+        false, moves);
+    fly(test::makeTrue(257, 257, [](int c, int r) { return (c * 7 + r * 13) % 97 == 0 ? 900.0 : 0.0; }), 3,
+        false, moves);
     checkMoves(moves);
 }
 

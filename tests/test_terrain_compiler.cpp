@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The compiler's core: measured errors against a slow reference, and the rules for voids.
+#include "lod_tree.h"
 #include "temp_dir.h"
 #include "terrain_files.h"
 #include "tools/terrain/synth.h"
@@ -28,10 +29,10 @@ public:
     }
 
     // Largest over all sixteen choices of stitched sides of the tile at (tileX, tileY) with this many posts
-    // between vertices.
+    // between vertices, and over its way in squares that the grid's end cuts.
     double tileError(int64_t stride, int64_t tileX, int64_t tileY) const
     {
-        double most = 0;
+        double most = onItsWay(stride, tileX * 16, tileY * 16);
         for (int sides = 0; sides < 16; ++sides)
             for (int64_t by = 0; by < 16; by += 2)
                 for (int64_t bx = 0; bx < 16; bx += 2)
@@ -47,6 +48,32 @@ private:
         double c, r;
         glm::dvec3 p;
     };
+    double onItsWay(int64_t stride, int64_t west, int64_t north) const
+    {
+        double most = 0;
+        for (int64_t y = north; stride > 1 && y < north + 16; ++y)
+            for (int64_t x = west; x < west + 16; ++x) {
+                const test::Post centre{static_cast<int>(x * stride + stride / 2),
+                                        static_cast<int>(y * stride + stride / 2)};
+                const bool hasArea = x * stride < _shape.cols - 1 && y * stride < _shape.rows - 1;
+                if (!hasArea ||
+                    !lod::isInCutSquare(centre, static_cast<int>(_shape.cols), static_cast<int>(_shape.rows)))
+                    continue;
+                // Its two triangles.
+                const auto split = test::splitOf(centre[0], centre[1]);
+                std::array<Vertex, 4> corner{};
+                std::transform(split.begin(), split.end(), corner.begin(),
+                               [this](const test::Post& p) { return vertex(1, p[0], p[1]); });
+                const double errorM = std::max(triangleError(corner[0], corner[1], corner[2]),
+                                               triangleError(corner[0], corner[1], corner[3]));
+                const double wayM = test::tileWayM(centre, [this](const test::Post& p) {
+                    const Vertex v = vertex(1, p[0], p[1]);
+                    return test::GridPoint{{v.c, v.r}, v.p};
+                });
+                most = std::max(most, errorM + wayM);
+            }
+        return most;
+    }
     glm::dvec3 post(int64_t c, int64_t r) const
     {
         const double h = _height[static_cast<size_t>(r * _shape.cols + c)];

@@ -16,7 +16,7 @@
 namespace ig::data {
 
 inline constexpr std::array<uint8_t, 8> kEptMagic{0x89, 'E', 'P', 'T', '\r', '\n', 0x1a, '\n'};
-inline constexpr uint32_t kEptVersion = 3;
+inline constexpr uint32_t kEptVersion = 4;
 inline constexpr size_t kFixedHeaderBytes = 160;
 inline constexpr size_t kChecksumBytes = 8;
 inline constexpr size_t kMaxHeaderTextBytes = 65536; // vertical datum and source together

@@ -33,10 +33,11 @@ struct VertexMorph {
     // padding.
     glm::vec3 toMiddleM{0.0F};
     // Of the dataset, 0 where the heights have none. In a dataset that is right the metres of the error are
-    // at least the length of toMiddleM; those of the radius are if it goes sideways.
+    // at least the length of toMiddleM; those of the radius are if it goes sideways. Not so of posts in the
+    // padding whose triangles are never seen (lod::isEverSeen()).
     uint8_t errorCode = 0;
     uint8_t radiusCode = 0;
-    bool sideways = false; // the centre of a cut square; as a tile's vertex it stays where it is
+    bool sideways = false; // the centre of a cut square
 };
 
 struct PageMesh {

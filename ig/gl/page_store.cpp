@@ -191,16 +191,15 @@ void PageStore::packMorphs(const data::PageMesh& mesh)
     for (size_t i = 0; i < _packedMorph.size(); ++i) {
         const data::VertexMorph& in = mesh.morph[i];
         PackedMorph& out = _packedMorph[vertex[i]];
-        out = {};
-        if (_morph == Morph::tiles && in.sideways)
-            continue;
-        out.errorCode = _morph == Morph::tiles ? powerOfTwoCode(in.toMiddleM) : in.errorCode;
-        out.radiusCode = _morph == Morph::tiles ? uint8_t{0} : in.radiusCode;
-        if (in.sideways) {
+        const bool inShares = _morph == Morph::lists;
+        out.errorCode = inShares ? in.errorCode : powerOfTwoCode(in.toMiddleM);
+        out.radiusCode = inShares ? in.radiusCode : uint8_t{0};
+        const bool ofRadius = inShares && in.sideways;
+        if (ofRadius) {
             int8_t& column = _packed[vertex[i]].post[0];
             column = static_cast<int8_t>(-1 - column);
         }
-        const double perMetre = _perMetre[in.sideways ? out.radiusCode : out.errorCode];
+        const double perMetre = _perMetre[ofRadius ? out.radiusCode : out.errorCode];
         for (int axis = 0; axis < 3; ++axis)
             out.toMiddle[axis] = toShort(double{in.toMiddleM[axis]} * perMetre);
     }

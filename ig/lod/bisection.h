@@ -77,10 +77,9 @@ constexpr bool isOnCut(const GridPost<Int>& v, Int cols, Int rows) noexcept
 
 // Where on the edge that it splits a vertex of the padded grid 0 .. last morphs from: 0 at the edge's first
 // end, 1 at the second. 1/2, but where the edge ends in padding, whose posts stand at the last column or row
-// of the grid: there, too, the vertex is at its own column and row all the way. Nothing where a vertex does
-// not morph:
-//   - at corners of the padded grid, which are never split;
-//   - where none of the triangles that it splits has an area, or had one while its apex was on its way.
+// of the grid: there, too, the vertex is at its own column and row all the way, unless it is in a cut square.
+// Nothing where a vertex does not morph: at corners of the padded grid, which are never split, and where both
+// ends are one post.
 template <class Int>
 constexpr std::optional<double> shareOfEdge(const GridPost<Int>& v, Int last, Int cols, Int rows) noexcept
 {
@@ -95,22 +94,15 @@ constexpr std::optional<double> shareOfEdge(const GridPost<Int>& v, Int last, In
         return GridPost<Int>{at[0] - first[0], at[1] - first[1]};
     };
     const GridPost<Int> edge = fromFirst(split[1]);
-    const auto isBeside = [&](const GridPost<Int>& post) {
-        const GridPost<Int> to = fromFirst(post);
-        return edge[0] * to[1] != edge[1] * to[0];
-    };
-    const auto hasArea = [&](const GridPost<Int>& apex) {
-        const bool exists = apex[0] >= 0 && apex[1] >= 0 && apex[0] <= last && apex[1] <= last;
-        return exists && (isBeside(apex) || isOnCut(apex, cols, rows));
-    };
-    if (!(hasArea(split[2]) || hasArea(split[3]))) {
-        return std::nullopt;
-    }
-    if (isBeside(v)) { // in a cut square
+    const GridPost<Int> own = fromFirst(v);
+    if (edge[0] * own[1] != edge[1] * own[0]) { // beside it, in a cut square
         return 0.5;
     }
     const size_t axis = edge[0] != 0 ? 0 : 1;
-    return static_cast<double>(fromFirst(v)[axis]) / static_cast<double>(edge[axis]);
+    if (edge[axis] == 0) {
+        return std::nullopt;
+    }
+    return static_cast<double>(own[axis]) / static_cast<double>(edge[axis]);
 }
 
 // Whether there is ever anything to be seen of a triangle, newest vertex first. In the padding there is not:

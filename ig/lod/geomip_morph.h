@@ -22,6 +22,17 @@
 //     even vertices are always in their own place and need no second weight.
 //   - On a side between two tiles of a level both take the smaller of their weights.
 //
+// In a square of the split tile that the end of the grid cuts the centre v comes sideways, from the middle of
+// the bent diagonal (vertex_error.h). With U the two triangles of the square, the surface drawn at weight w
+// is nowhere farther than w (D + C) from the point of U with the same grid coordinates:
+//   - A vertex on the way is w d from U, d being how far its own place is: U is linear along each way. D is
+//     the largest d of v and of the vertices in the middle of the sides.
+//   - Between vertices U is linear, too, but for the triangles round v that lie across the diagonal. There
+//     interpolation cuts U's crease, by w C at most: C is how far apart the planes of the two triangles are
+//     over v.
+// A split tile's error holds on the way for that reason: the compiler adds D + C in such squares. Posts of
+// the padding move as those of the grid's last column or row do at which they stand.
+//
 // What was not in view a frame before comes as it is aimed at, at weight 1. Tiles jump
 // (LodStats::tilesJumped)
 //   - when the eye does: more than kJumpM or a zoom of kJumpZoom in a frame; and, while it then stands still,

@@ -58,8 +58,9 @@ struct PageNode {
     float minHeightM = 0;
     float maxHeightM = 0;
     // Largest 3-D distance (m) between a full-resolution post of the area and the surface drawn for it, the
-    // larger of the surfaces with and without stitched sides; at least that of the children. Of the page's
-    // own tile (stride 4), and on the deepest pages of the four stride-2 tiles, index (y % 2) * 2 + x % 2.
+    // larger of the surfaces with and without stitched sides, and of those that its children make on their
+    // way (geomip_morph.h); at least that of the children. Of the page's own tile (stride 4), and on the
+    // deepest pages of the four stride-2 tiles, index (y % 2) * 2 + x % 2.
     float errorM = 0;
     std::array<float, 4> quarterErrorM{};
     // On the deepest pages: the same of the stride-1 tiles, whose stitched sides leave posts out; the largest

@@ -128,12 +128,10 @@ Surface surfaceOf(const Ground& ground, const lod::DrawList& list, const glm::dv
         gl::appendTileIndices(item.stride, item.stitch, indices);
         for (size_t i = 0; i < indices.size(); i += 3) {
             add(node, {corner + indices[i], corner + indices[i + 1], corner + indices[i + 2]},
-                [&](uint32_t post, const Post& p) {
+                [&](uint32_t post, const Post&) {
                     const auto local = static_cast<int>(post - corner);
-                    const bool stays = lod::isInCutSquare(p, ground.cols(), ground.rows());
-                    return stays ? 1.0F
-                                 : tileWeight(item, local % lod::kPagePosts / item.stride,
-                                              local / lod::kPagePosts / item.stride);
+                    return tileWeight(item, local % lod::kPagePosts / item.stride,
+                                      local / lod::kPagePosts / item.stride);
                 });
         }
     }

@@ -7,7 +7,9 @@
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <random>
 
 namespace {
@@ -22,34 +24,44 @@ struct Scene {
     std::vector<ig::data::PageMesh> meshes;
 };
 
+Scene sceneOf(uint32_t cols, uint32_t rows)
+{
+    Scene s;
+    s.terrain = test::makeTree(cols, rows, [](int c, int r) {
+        return 400 + 300 * std::sin(c * 0.07) * std::cos(r * 0.05) + 60 * std::sin(c * 0.5) +
+               25 * std::cos(r * 0.9 + c * 0.3);
+    });
+    // Errors that make small tiles near the eye and large ones far off, here sooner than there.
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> share(0.6F, 1.4F);
+    for (ig::lod::PageNode& page : s.terrain.pages) {
+        page.errorM = share(random) * static_cast<float>(320 >> (2 * page.depth));
+        for (float& quarter : page.quarterErrorM)
+            quarter = 8.0F * share(random);
+        page.stitchedErrorM = 4.0F;
+    }
+    s.meshes = meshesOf(s.terrain);
+    return s;
+}
+
 const Scene& scene()
 {
-    static const Scene made = [] {
-        Scene s;
-        s.terrain = test::makeTree(257, 257, [](int c, int r) {
-            return 400 + 300 * std::sin(c * 0.07) * std::cos(r * 0.05) + 60 * std::sin(c * 0.5) +
-                   25 * std::cos(r * 0.9 + c * 0.3);
-        });
-        // Errors that make small tiles near the eye and large ones far off, here sooner than there.
-        std::mt19937 random(1);
-        std::uniform_real_distribution<float> share(0.6F, 1.4F);
-        for (ig::lod::PageNode& page : s.terrain.pages) {
-            page.errorM = share(random) * static_cast<float>(320 >> (2 * page.depth));
-            for (float& quarter : page.quarterErrorM)
-                quarter = 8.0F * share(random);
-            page.stitchedErrorM = 4.0F;
-        }
-        s.meshes = meshesOf(s.terrain);
-        return s;
-    }();
+    static const Scene made = sceneOf(257, 257);
     return made;
 }
 
-ig::gl::RendererSettings settings()
+// Whose eastern and southern ends cut squares of all levels, in the middle of what flights see.
+const Scene& cutScene()
+{
+    static const Scene made = sceneOf(148, 146);
+    return made;
+}
+
+ig::gl::RendererSettings settings(const Scene& scene = ::scene())
 {
     return {.widthPx = kWidthPx,
             .heightPx = kHeightPx,
-            .pageSlots = static_cast<uint32_t>(scene().meshes.size()),
+            .pageSlots = static_cast<uint32_t>(scene.meshes.size()),
             .morph = ig::gl::Morph::tiles};
 }
 
@@ -79,17 +91,17 @@ ig::ViewState viewOf(int flight, int frame, bool down)
 
 // Calls f(stage, view, list, down) for each frame of some flights.
 template <class F>
-void fly(const ig::gl::ContextSettings& context, int flights, F&& f)
+void fly(const Scene& scene, const ig::gl::ContextSettings& context, int flights, F&& f)
 {
-    Stage stage(settings(), context);
-    upload(stage, scene().meshes);
+    Stage stage(settings(scene), context);
+    upload(stage, scene.meshes);
     for (int flight = 0; flight < flights; ++flight) {
-        ig::lod::GeomipSelector selector(scene().terrain.shape, scene().terrain.pages,
+        ig::lod::GeomipSelector selector(scene.terrain.shape, scene.terrain.pages,
                                          {24'000, flight % 2 == 0 ? 4.0F : 8.0F, true});
         ig::lod::DrawList list;
         for (int frame = 0; frame < 60; ++frame) {
             const ig::ViewState view = viewOf(flight, frame, flight % 3 != 2);
-            test::selectOver(selector, view, scene().terrain.slotOfPage, list);
+            test::selectOver(selector, view, scene.terrain.slotOfPage, list);
             f(stage, view, list, flight % 3 != 2);
         }
     }
@@ -101,14 +113,15 @@ int flightCracks(
 {
     int cracks = 0;
     int moving = 0;
-    fly(context, flights, [&](Stage& stage, const ig::ViewState& view, ig::lod::DrawList list, bool down) {
-        for (ig::lod::DrawItem& item : list.items) {
-            moving += item.weight < 1.0F ? 1 : 0;
-            change(item);
-        }
-        const Image image = stage.draw(view, list, scene().terrain.slotOfPage);
-        cracks += down ? image.skyPixels() : skyUnderTerrain(image);
-    });
+    fly(scene(), context, flights,
+        [&](Stage& stage, const ig::ViewState& view, ig::lod::DrawList list, bool down) {
+            for (ig::lod::DrawItem& item : list.items) {
+                moving += item.weight < 1.0F ? 1 : 0;
+                change(item);
+            }
+            const Image image = stage.draw(view, list, scene().terrain.slotOfPage);
+            cracks += down ? image.skyPixels() : skyUnderTerrain(image);
+        });
     CHECK(moving > 20 * flights);
     return cracks;
 }
@@ -131,15 +144,25 @@ TEST_CASE("tiles that do not agree on their sides leave cracks, which shows that
     CHECK(flightCracks({}, 3, [](ig::lod::DrawItem& item) { item.sideWeight.fill(item.weight); }) > 10);
 }
 
+namespace {
+
+struct Depths {
+    double worst = 0;    // in tolerances
+    double farthest = 0; // of the surface without morph, in tolerances
+    int sideways = 0;    // corners of triangles that were on such a way
+};
+
 // Tolerance: depth as in test_precision.cpp, and the rounding of the way: 2^-15 of the next power of two.
-TEST_CASE("the surface under a pixel is where double arithmetic puts the tiles on the way", "[gl]")
+// change: what is drawn otherwise than selected.
+Depths depthsOf(
+    const Scene& scene, const std::function<void(ig::lod::DrawItem&)>& change = [](ig::lod::DrawItem&) {})
 {
     std::mt19937 random(7);
     std::uniform_int_distribution<int> pixel(0, kWidthPx - 1);
-    const test::TreeTerrain& terrain = scene().terrain;
-    double worst = 0;    // in tolerances
-    double farthest = 0; // of the surface without morph, in tolerances
-    fly({}, 2, [&](Stage& stage, const ig::ViewState& view, const ig::lod::DrawList& list, bool) {
+    const test::TreeTerrain& terrain = scene.terrain;
+    Depths depths;
+    fly(scene, {}, 2, [&](Stage& stage, const ig::ViewState& view, ig::lod::DrawList list, bool) {
+        std::ranges::for_each(list.items, change);
         std::vector<std::array<glm::dvec3, 3>> triangles;
         std::vector<std::array<glm::dvec3, 3>> unmoved;
         double longestM = 0;
@@ -150,6 +173,10 @@ TEST_CASE("the surface under a pixel is where double arithmetic puts the tiles o
                 drawn[k] = test::place(terrain, vertices[k]) - view.eye.m;
                 own[k] = terrain.position(vertices[k].post[0], vertices[k].post[1]) - view.eye.m;
                 longestM = std::max(longestM, glm::length(drawn[k] - own[k]));
+                depths.sideways += vertices[k].weight < 1.0F &&
+                                           terrain.isInCutSquare(vertices[k].post[0], vertices[k].post[1])
+                                       ? 1
+                                       : 0;
             }
             triangles.push_back(drawn);
             unmoved.push_back(own);
@@ -162,24 +189,46 @@ TEST_CASE("the surface under a pixel is where double arithmetic puts the tiles o
             const int y = pixel(random);
             const double exactM = surfaceAt(triangles, view, x, y, kWidthPx, kHeightPx);
             const double toleranceM = 2 * (3e-7 * exactM + 2e-5 + 0x1p-14 * longestM);
-            worst = std::max(worst, std::abs(stage.renderer().depthAt(x, y) - exactM) / toleranceM);
-            farthest =
-                std::max(farthest,
+            depths.worst =
+                std::max(depths.worst, std::abs(stage.renderer().depthAt(x, y) - exactM) / toleranceM);
+            depths.farthest =
+                std::max(depths.farthest,
                          std::abs(surfaceAt(unmoved, view, x, y, kWidthPx, kHeightPx) - exactM) / toleranceM);
         }
     });
-    CHECK(worst <= 1.0);
-    CHECK(farthest > 100.0);
+    return depths;
+}
+
+} // namespace
+
+TEST_CASE("the surface under a pixel is where double arithmetic puts the tiles on the way", "[gl]")
+{
+    const Depths depths = depthsOf(scene());
+    CHECK(depths.worst <= 1.0);
+    CHECK(depths.farthest > 100.0);
+}
+
+TEST_CASE("so it is where the grid's end cuts their squares and vertices come sideways", "[gl]")
+{
+    const Depths depths = depthsOf(cutScene(), [](ig::lod::DrawItem& item) {
+        item.weight = 0.3F;
+        item.sideWeight.fill(0.3F);
+    });
+    CHECK(depths.worst <= 1.0);
+    CHECK(depths.farthest > 100.0);
+    CHECK(depths.sideways > 1'000);
 }
 
 TEST_CASE("pictures of tiles on the way are the same bytes flushed in parts and once", "[gl]")
 {
     std::array<std::vector<std::byte>, 2> bytes;
     for (const bool inParts : {false, true})
-        fly({.flushInParts = inParts}, 1, [&](Stage& stage, const auto& view, const auto& list, bool) {
-            const Image image = stage.draw(view, list, scene().terrain.slotOfPage);
-            bytes[inParts ? 1 : 0].insert(bytes[inParts ? 1 : 0].end(), image.rgba.begin(), image.rgba.end());
-        });
+        fly(scene(), {.flushInParts = inParts}, 1,
+            [&](Stage& stage, const auto& view, const auto& list, bool) {
+                const Image image = stage.draw(view, list, scene().terrain.slotOfPage);
+                bytes[inParts ? 1 : 0].insert(bytes[inParts ? 1 : 0].end(), image.rgba.begin(),
+                                              image.rgba.end());
+            });
     CHECK(bytes[0] == bytes[1]);
 }
 

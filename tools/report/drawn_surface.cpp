@@ -128,9 +128,8 @@ void DrawnSurface::addTile(const lod::DrawItem& item, const ViewState& view, gl:
     }
     const gl::TileIndices::Range range = _tiles.range(item);
     add(item.page, *page, _tiles.indices().subspan(range.first, range.count), gl::tileCorner(item), view,
-        [&](uint32_t post, int column, int row) {
-            const bool moves = morph == gl::Morph::tiles && !page->morph[post].sideways;
-            return moves ? tileWeight(item, column, row) : 1.0;
+        [&](uint32_t, int column, int row) {
+            return morph == gl::Morph::tiles ? tileWeight(item, column, row) : 1.0;
         });
 }
 

@@ -192,7 +192,7 @@ void PageMeasurer::addFinest(LeafMeasure& out) const
         for (int64_t i = 0; i < kSide; ++i) {
             const double ownErrorM = _ownErrorM[static_cast<size_t>(j * kSide + i)];
             if (i % 2 != 0 && j % 2 != 0)
-                addToTile(1, _west + i, _north + j, ownErrorM, out);
+                addToTile(1, _west + i, _north + j, ownErrorM + wayErrorM(_west + i, _north + j), out);
             else if ((i % 2 != 0 && j % kTile == 0) || (j % 2 != 0 && i % kTile == 0))
                 out.stitchedErrorM = std::max(out.stitchedErrorM, ownErrorM);
         }
@@ -210,6 +210,51 @@ void PageMeasurer::addToTile(int strideLevel, int64_t column, int64_t row, doubl
                                                                (column - _west) / kQuarter)]
                        : out.tileErrorM[static_cast<size_t>(_shape.deepestPage + 2 - strideLevel)];
     most = std::max(most, errorM);
+}
+
+// What the tile's triangles in a square may be farther from the terrain than they are by themselves, while
+// the centre and the vertices in the middle of the sides come or go: in cut squares D + C of
+// ig/lod/geomip_morph.h, 0 in others.
+double PageMeasurer::wayErrorM(int64_t column, int64_t row) const
+{
+    if (!lod::isInCutSquare<int64_t>({column, row}, _shape.cols, _shape.rows))
+        return 0;
+    // The diagonal's ends, then the other corners, as in lod::splitOf().
+    std::array<Corner, 4> corners;
+    const auto posts = lod::splitOf<int64_t>({column, row});
+    std::transform(posts.begin(), posts.end(), corners.begin(),
+                   [this](const auto& post) { return corner(post[0], post[1]); });
+    const auto& [a, b, p, q] = corners;
+    const auto side = [&](const Corner& x) { // of the diagonal
+        return (b.column - a.column) * (x.row - a.row) - (x.column - a.column) * (b.row - a.row);
+    };
+    if (side(p) == 0)
+        return 0; // no area
+    const Corner centre = corner(column, row);
+    // In the plane of the unsplit triangle with this apex, over the centre.
+    const auto unsplit = [&](const Corner& apex) {
+        const double ofApex = static_cast<double>(side(centre)) / static_cast<double>(side(apex));
+        const double ofEnd = (static_cast<double>(centre.column - a.column) -
+                              ofApex * static_cast<double>(apex.column - a.column)) /
+                             static_cast<double>(b.column - a.column);
+        return a.place + ofEnd * (b.place - a.place) + ofApex * (apex.place - a.place);
+    };
+    const bool inFirst = (side(centre) > 0) == (side(p) > 0);
+    const glm::dvec3 under = unsplit(inFirst ? p : q);
+    double farthestM = glm::length(centre.place - under);
+    for (const size_t end : {0, 1})
+        for (const size_t apex : {2, 3}) {
+            const Corner& from = corners[end];
+            const Corner& to = corners[apex];
+            const Corner middle =
+                corner((posts[end][0] + posts[apex][0]) / 2, (posts[end][1] + posts[apex][1]) / 2);
+            const int64_t length = to.column - from.column + to.row - from.row; // one of them is 0
+            const auto at = static_cast<double>(middle.column - from.column + middle.row - from.row);
+            const glm::dvec3 way = to.place - from.place;
+            farthestM = std::max(
+                farthestM, glm::length(middle.place - from.place - at / static_cast<double>(length) * way));
+        }
+    return farthestM + glm::length(under - unsplit(inFirst ? q : p));
 }
 
 // Of the page's posts between two corners in one column or row, the grid's last.
@@ -269,7 +314,7 @@ void PageMeasurer::measureSquare(int level, int64_t squareX, int64_t squareY, Le
     const bool falls = squareX % 2 == squareY % 2;
     const double centreErrorM = falls ? std::max(errorM(nw, se, ne), errorM(nw, se, sw))
                                       : std::max(errorM(ne, sw, nw), errorM(ne, sw, se));
-    addToTile(level + 1, column, row, centreErrorM, out);
+    addToTile(level + 1, column, row, centreErrorM + wayErrorM(column, row), out);
     const uint8_t code = data::kCodeScale.up(centreErrorM);
     if (lod::isInCutSquare<int64_t>({column, row}, _shape.cols, _shape.rows))
         measureSideways(level, column, row, falls ? std::pair(nw, se) : std::pair(ne, sw), code);

@@ -9,7 +9,8 @@
 // The tiles of ig/lod/terrain_shape.h are drawn with the same triangles, so the same measurements serve them:
 // a tile with stride t consists of the triangles that centres with spacing t / 2 split, and a stitched side
 // of it of those that edge vertices with spacing t split. (Each triangle depends on one side only, so the
-// worst combination of stitched sides is the worst of each.)
+// worst combination of stitched sides is the worst of each.) In squares that the end of the grid cuts, what
+// its children may be off on their way is added (ig/lod/geomip_morph.h).
 #pragma once
 
 #include "ig/data/vertex_codes.h"
@@ -60,6 +61,7 @@ private:
     void measureSquare(int level, int64_t squareX, int64_t squareY, LeafMeasure& out);
     void measureSideways(int level, int64_t column, int64_t row, const std::pair<Corner, Corner>& diagonal,
                          uint8_t unsplit);
+    double wayErrorM(int64_t column, int64_t row) const;
     void addToTile(int strideLevel, int64_t column, int64_t row, double errorM, LeafMeasure& out) const;
     Corner corner(int64_t column, int64_t row) const; // in posts
     double errorM(const Corner& a, const Corner& b, const Corner& c) const;
