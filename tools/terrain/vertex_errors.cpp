@@ -212,6 +212,15 @@ void PageMeasurer::addToTile(int strideLevel, int64_t column, int64_t row, doubl
     most = std::max(most, errorM);
 }
 
+// Of a post between two corners in one column or row, from the line between them.
+double PageMeasurer::offLineM(const Corner& post, const Corner& from, const Corner& to)
+{
+    const auto along = [&from](const Corner& x) { // one of the two is 0
+        return static_cast<double>(x.column - from.column + x.row - from.row);
+    };
+    return glm::length(post.place - from.place - along(post) / along(to) * (to.place - from.place));
+}
+
 // What the tile's triangles in a square may be farther from the terrain than they are by themselves, while
 // the centre and the vertices in the middle of the sides come or go: in cut squares D + C of
 // ig/lod/geomip_morph.h, 0 in others.
@@ -244,15 +253,9 @@ double PageMeasurer::wayErrorM(int64_t column, int64_t row) const
     double farthestM = glm::length(centre.place - under);
     for (const size_t end : {0, 1})
         for (const size_t apex : {2, 3}) {
-            const Corner& from = corners[end];
-            const Corner& to = corners[apex];
             const Corner middle =
                 corner((posts[end][0] + posts[apex][0]) / 2, (posts[end][1] + posts[apex][1]) / 2);
-            const int64_t length = to.column - from.column + to.row - from.row; // one of them is 0
-            const auto at = static_cast<double>(middle.column - from.column + middle.row - from.row);
-            const glm::dvec3 way = to.place - from.place;
-            farthestM = std::max(
-                farthestM, glm::length(middle.place - from.place - at / static_cast<double>(length) * way));
+            farthestM = std::max(farthestM, offLineM(middle, corners[end], corners[apex]));
         }
     return farthestM + glm::length(under - unsplit(inFirst ? q : p));
 }

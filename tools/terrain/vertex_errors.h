@@ -62,6 +62,7 @@ private:
     void measureSideways(int level, int64_t column, int64_t row, const std::pair<Corner, Corner>& diagonal,
                          uint8_t unsplit);
     double wayErrorM(int64_t column, int64_t row) const;
+    static double offLineM(const Corner& post, const Corner& from, const Corner& to);
     void addToTile(int strideLevel, int64_t column, int64_t row, double errorM, LeafMeasure& out) const;
     Corner corner(int64_t column, int64_t row) const; // in posts
     double errorM(const Corner& a, const Corner& b, const Corner& c) const;
