@@ -197,4 +197,10 @@ EngineRun::Cost EngineRun::frame(const ViewState& view, size_t number)
     return cost;
 }
 
+void EngineRun::drawAgain(const ViewState& view)
+{
+    _renderer->draw(view, drawList(), _terrain->slotOfPage());
+    _renderer->read(_rgba);
+}
+
 } // namespace report

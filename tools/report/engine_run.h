@@ -74,6 +74,10 @@ public:
     };
     Cost frame(const ig::ViewState& view, size_t number = 0);
 
+    // The picture of the first view's last frame once more, which was of this view, and nothing else: what
+    // the driver reads is in the caches then, as if no other run had been in between. After warmUp().
+    void drawAgain(const ig::ViewState& view);
+
     std::span<const std::byte> rgba() const noexcept { return _rgba; }
     const ig::lod::DrawList& drawList() const noexcept { return _views.front()->drawList(); }
     ig::gl::Morph morph() const noexcept { return _morph; }

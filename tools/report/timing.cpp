@@ -32,7 +32,7 @@ public:
         if (auto warm = run->warmUp(first); !warm) {
             return Unexpected{warm.error()};
         }
-        TimedFlight flight(*std::move(run), setting);
+        TimedFlight flight(*std::move(run), setting, first);
         flight.countMemory(before);
         return flight;
     }
@@ -40,6 +40,8 @@ public:
     void fly(std::span<const ViewState> views, EnergyMeter& energy)
     {
         const uint64_t before = residentBytes();
+        _run.drawAgain(_last);
+        _last = views.back();
         for (const ViewState& view : views) {
             const double joules = energy.joules();
             const EngineRun::Cost cost = _run.frame(view);
@@ -51,7 +53,10 @@ public:
     Json json() const { return timedFlightJson(_setting, _frames, {_run.gpuBytes(), _grownBytes}); }
 
 private:
-    TimedFlight(EngineRun run, Setting setting) : _run(std::move(run)), _setting(std::move(setting)) {}
+    TimedFlight(EngineRun run, Setting setting, const ViewState& first)
+        : _run(std::move(run)), _setting(std::move(setting)), _last(first)
+    {
+    }
 
     void countMemory(uint64_t residentBefore)
     {
@@ -61,6 +66,7 @@ private:
 
     EngineRun _run;
     Setting _setting;
+    ViewState _last; // of the frame before
     std::vector<TimedFrame> _frames;
     uint64_t _grownBytes = 0;
 };

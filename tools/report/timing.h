@@ -15,8 +15,8 @@ namespace report {
 
 using Progress = std::function<void(double share)>;
 
-// Frames that a setting flies before the next one does: so few that a pair is a second apart or two, so many
-// that caches full of another setting's data are the exception.
+// Frames that a setting flies before the next one does: so few that a pair is a second apart or two. Before
+// them it draws its last picture again, untimed: caches full of another setting's data are no cost of its.
 inline constexpr size_t kBlockFrames = 10;
 
 // One pass: a timedFlightJson of each setting, in their order. All are held in memory at once, up to 32; more
