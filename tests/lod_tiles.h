@@ -125,13 +125,7 @@ inline TreeTerrain makeTrue(uint32_t cols, uint32_t rows, const std::function<do
 // ECEF.
 inline glm::dvec3 place(const TreeTerrain& t, const Vertex& vertex)
 {
-    const auto [col, row] = vertex.post;
-    const glm::dvec3 own = t.position(col, row);
-    if (vertex.weight >= 1.0F) {
-        return own;
-    }
-    const auto start = t.start(col, row);
-    return start ? *start + (own - *start) * double{vertex.weight} : own;
+    return pointAt(t, vertex.post, double{vertex.weight}).place;
 }
 
 } // namespace test

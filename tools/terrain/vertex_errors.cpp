@@ -192,7 +192,7 @@ void PageMeasurer::addFinest(LeafMeasure& out) const
         for (int64_t i = 0; i < kSide; ++i) {
             const double ownErrorM = _ownErrorM[static_cast<size_t>(j * kSide + i)];
             if (i % 2 != 0 && j % 2 != 0)
-                addToTile(1, _west + i, _north + j, ownErrorM + wayErrorM(_west + i, _north + j), out);
+                addToTile(1, _west + i, _north + j, ownErrorM + tileWayM(_west + i, _north + j), out);
             else if ((i % 2 != 0 && j % kTile == 0) || (j % 2 != 0 && i % kTile == 0))
                 out.stitchedErrorM = std::max(out.stitchedErrorM, ownErrorM);
         }
@@ -224,7 +224,7 @@ double PageMeasurer::offLineM(const Corner& post, const Corner& from, const Corn
 // What the tile's triangles in a square may be farther from the terrain than they are by themselves, while
 // the centre and the vertices in the middle of the sides come or go: in cut squares D + C of
 // ig/lod/geomip_morph.h, 0 in others.
-double PageMeasurer::wayErrorM(int64_t column, int64_t row) const
+double PageMeasurer::tileWayM(int64_t column, int64_t row) const
 {
     if (!lod::isInCutSquare<int64_t>({column, row}, _shape.cols, _shape.rows))
         return 0;
@@ -317,7 +317,7 @@ void PageMeasurer::measureSquare(int level, int64_t squareX, int64_t squareY, Le
     const bool falls = squareX % 2 == squareY % 2;
     const double centreErrorM = falls ? std::max(errorM(nw, se, ne), errorM(nw, se, sw))
                                       : std::max(errorM(ne, sw, nw), errorM(ne, sw, se));
-    addToTile(level + 1, column, row, centreErrorM + wayErrorM(column, row), out);
+    addToTile(level + 1, column, row, centreErrorM + tileWayM(column, row), out);
     const uint8_t code = data::kCodeScale.up(centreErrorM);
     if (lod::isInCutSquare<int64_t>({column, row}, _shape.cols, _shape.rows))
         measureSideways(level, column, row, falls ? std::pair(nw, se) : std::pair(ne, sw), code);

@@ -61,7 +61,7 @@ private:
     void measureSquare(int level, int64_t squareX, int64_t squareY, LeafMeasure& out);
     void measureSideways(int level, int64_t column, int64_t row, const std::pair<Corner, Corner>& diagonal,
                          uint8_t unsplit);
-    double wayErrorM(int64_t column, int64_t row) const;
+    double tileWayM(int64_t column, int64_t row) const;
     static double offLineM(const Corner& post, const Corner& from, const Corner& to);
     void addToTile(int strideLevel, int64_t column, int64_t row, double errorM, LeafMeasure& out) const;
     Corner corner(int64_t column, int64_t row) const; // in posts
